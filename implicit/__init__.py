@@ -1,0 +1,79 @@
+"""Implicit surfaces f(x, y, z) = 0: exact answers, meshes and pictures.
+
+f is negative inside, normals point along +grad f, and triangles run counter-clockwise seen from outside, so a
+closed mesh has positive volume. Points are float64 arrays (..., 3), faces (F, 3), boxes (..., 2, 3).
+"""
+
+from typing import TYPE_CHECKING
+
+from implicit.lazy import make_lazy
+
+__version__ = "0.1.0"
+__dist__ = "implicit-parametric"
+
+if TYPE_CHECKING:
+    from implicit.classify import classify, winding_number
+    from implicit.combine import blend, offset
+    from implicit.domain import Ball, Box
+    from implicit.errors import (
+        FormulaError,
+        NotASurfaceError,
+        NotPolynomialError,
+        OpenSurfaceError,
+        SignAmbiguousError,
+        SingularPointError,
+        TranscendentalError,
+        UndecidedError,
+    )
+    from implicit.implicitize import implicitize
+    from implicit.mesh import Mesh, MeshReport
+    from implicit.polygonize import polygonize
+    from implicit.rays import cast_rays
+    from implicit.shapes import box, capsule, cone, cylinder, plane, sphere, torus
+    from implicit.show import render, show
+    from implicit.singular import SingularCurve, SingularLocus, SingularPoint, singularities
+    from implicit.surface import Curvature, Surface, x, y, z
+
+_HOMES = {
+    "classify": "classify",
+    "winding_number": "classify",
+    "blend": "combine",
+    "offset": "combine",
+    "Ball": "domain",
+    "Box": "domain",
+    "FormulaError": "errors",
+    "NotASurfaceError": "errors",
+    "NotPolynomialError": "errors",
+    "OpenSurfaceError": "errors",
+    "SignAmbiguousError": "errors",
+    "SingularPointError": "errors",
+    "TranscendentalError": "errors",
+    "UndecidedError": "errors",
+    "implicitize": "implicitize",
+    "Mesh": "mesh",
+    "MeshReport": "mesh",
+    "polygonize": "polygonize",
+    "cast_rays": "rays",
+    "box": "shapes",
+    "capsule": "shapes",
+    "cone": "shapes",
+    "cylinder": "shapes",
+    "plane": "shapes",
+    "sphere": "shapes",
+    "torus": "shapes",
+    "render": "show",
+    "show": "show",
+    "SingularCurve": "singular",
+    "SingularLocus": "singular",
+    "SingularPoint": "singular",
+    "singularities": "singular",
+    "Curvature": "surface",
+    "Surface": "surface",
+    "x": "surface",
+    "y": "surface",
+    "z": "surface",
+}
+
+__all__ = sorted(_HOMES)
+
+make_lazy(__name__, _HOMES)
