@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from implicit.implicitize import implicitize
     from implicit.mesh import Mesh, MeshReport
     from implicit.polygonize import polygonize
-    from implicit.rays import cast_rays
     from implicit.shapes import box, capsule, cone, cylinder, plane, sphere, torus
     from implicit.show import render, show
     from implicit.singular import SingularCurve, SingularLocus, SingularPoint, singularities
@@ -53,7 +52,6 @@ _HOMES = {
     "Mesh": "mesh",
     "MeshReport": "mesh",
     "polygonize": "polygonize",
-    "cast_rays": "rays",
     "box": "shapes",
     "capsule": "shapes",
     "cone": "shapes",
@@ -73,7 +71,5 @@ _HOMES = {
     "y": "surface",
     "z": "surface",
 }
-
-__all__ = sorted(_HOMES)
 
 make_lazy(__name__, _HOMES)
