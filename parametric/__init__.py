@@ -16,9 +16,9 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
-    from parametric.coons import coons, gordon, ruled
-    from parametric.continuity import ContinuityReport, continuity
     from parametric.conic import circle, ellipse, hyperbola, parabola
+    from parametric.continuity import ContinuityReport, continuity
+    from parametric.coons import coons, gordon, ruled
     from parametric.curve import BezierCurve, BSplineCurve, FormulaCurve, HermiteCurve, ParabolicBlend, helix, line
     from parametric.fit import graph, interpolate
     from parametric.revolve import revolve
