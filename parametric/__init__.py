@@ -16,19 +16,15 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
-    from parametric.conic import circle, ellipse, hyperbola, parabola
-    from parametric.continuity import ContinuityReport, continuity
-    from parametric.coons import coons, gordon, ruled
-    from parametric.curve import BezierCurve, BSplineCurve, FormulaCurve, HermiteCurve, ParabolicBlend, helix, line
-    from parametric.fit import graph, interpolate
-    from parametric.revolve import revolve
-    from parametric.shell import Shell
-    from parametric.surface import FormulaSurface, t, u, v
-    from parametric.sweep import extrude, sweep, transform_sweep
-    from parametric.teapot import teapot
-    from parametric.tensor import BezierSurface, BSplineSurface, HermitePatch
-    from parametric.tessellate import tessellate
+    from parametric.knots import KnotVector
+    from parametric.surface import ParametricSurface
+    from parametric.tensor import BezierSurface, BSplineSurface
 
-_HOMES: dict[str, str] = {}
+_HOMES = {
+    "KnotVector": "knots",
+    "ParametricSurface": "surface",
+    "BezierSurface": "tensor",
+    "BSplineSurface": "tensor",
+}
 
 make_lazy(__name__, _HOMES)
