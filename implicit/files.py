@@ -146,6 +146,7 @@ def _write_obj(mesh: Mesh, stream: BinaryIO) -> None:
     def lines(pattern: str, table: Array) -> None:
         stream.write("".join(map(pattern.format, *table.T.tolist())).encode())
 
+    stream.write(b"# vertices, normals, triangles, curves (l), special points (p)\n")
     lines("v {} {} {}\n", np.asarray(mesh.vertices, dtype=float))
     lines("vn {:.7g} {:.7g} {:.7g}\n", _normals(mesh))
     lines("f {0}//{0} {1}//{1} {2}//{2}\n", np.asarray(mesh.faces) + 1)
