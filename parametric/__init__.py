@@ -16,11 +16,27 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
+    from parametric.bspline import BezierCurve, BSplineCurve, HermiteCurve, ParabolicBlend, line, polyline
+    from parametric.curve import FunctionCurve, ParametricCurve
+    from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
     from parametric.knots import KnotVector
     from parametric.surface import ParametricSurface
     from parametric.tensor import BezierSurface, BSplineSurface
 
 _HOMES = {
+    "BezierCurve": "bspline",
+    "BSplineCurve": "bspline",
+    "HermiteCurve": "bspline",
+    "line": "bspline",
+    "ParabolicBlend": "bspline",
+    "polyline": "bspline",
+    "FunctionCurve": "curve",
+    "ParametricCurve": "curve",
+    "FormulaCurve": "formula",
+    "FormulaSurface": "formula",
+    "t": "formula",
+    "u": "formula",
+    "v": "formula",
     "KnotVector": "knots",
     "ParametricSurface": "surface",
     "BezierSurface": "tensor",

@@ -89,15 +89,16 @@ class KnotVector:
         The Bezier point a of [s, e] is the blossom (polar form) at p - a times s and a times e.
         """
         p, start, end = self.degree, self.breaks[:-1, None], self.breaks[1:, None]
-        return np.stack([self.blossom(np.hstack([start] * (p - a) + [end] * a)) for a in range(p + 1)], axis=1)
+        spans = np.arange(self.first.size)
+        return np.stack([self.blossom(np.hstack([start] * (p - a) + [end] * a), spans) for a in range(p + 1)], axis=1)
 
-    def blossom(self, arguments: Array) -> Array:
-        """Polar form of the piece on each span at arguments (spans, p), as weights of its control points."""
-        p = self.degree
-        weights = np.broadcast_to(np.eye(p + 1), (self.first.size, p + 1, p + 1))
+    def blossom(self, arguments: Array, spans: NDArray[np.int64]) -> Array:
+        """Polar form of the piece on each of the spans (k,) at arguments (k, p): weights (k, p+1) of its points."""
+        p, first = self.degree, self.first[spans][:, None]
+        weights = np.broadcast_to(np.eye(p + 1), (spans.size, p + 1, p + 1))
         for r in range(1, p + 1):
-            low = self.values[self.first[:, None] + np.arange(r, p + 1)]
-            high = self.values[self.first[:, None] + np.arange(p + 1, 2 * p + 2 - r)]
+            low = self.values[first + np.arange(r, p + 1)]
+            high = self.values[first + np.arange(p + 1, 2 * p + 2 - r)]
             ratio = ((arguments[:, r - 1, None] - low) / (high - low))[:, :, None]
             weights = (1 - ratio) * weights[:, :-1] + ratio * weights[:, 1:]
         return weights[:, 0]

@@ -1,21 +1,28 @@
 """ParametricSurface: everything that follows from one method, the derivatives of p(u, v)."""
 
 from abc import ABC, abstractmethod
-from typing import TypeAlias
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.parameters import Array, Interval, to_parameters
 
+if TYPE_CHECKING:
+    from implicit.surface import Curvature, Surface
+
+    from parametric.curve import ParametricCurve
+
 Jet: TypeAlias = dict[tuple[int, int], Array]
 
 
 class ParametricSurface(ABC):
-    """A map p(u, v) from a rectangle to space.
+    """A map p(u, v) from a rectangle to space; immutable.
 
     A subclass gives `domain` and `derivative`; the rest follows. u and v broadcast against each other:
-    two arrays of one shape are scattered points, `surface(u[:, None], v[None, :])` is a grid, and is evaluated as one.
+    two arrays of one shape are scattered points, `surface(u[:, None], v[None, :])` is a grid and is evaluated as one.
+    The normal is p_u x p_v: exchanging u and v turns it round.
     """
 
     @property
@@ -43,15 +50,75 @@ class ParametricSurface(ABC):
         """Both parameters as floats; a ValueError where one leaves the domain."""
         return to_parameters(u, self.domain[0], "u"), to_parameters(v, self.domain[1], "v")
 
+    @property
+    def breaks(self) -> tuple[Array, Array]:
+        """Parameters in u and in v where the surface need not be smooth, both ends of the domain included."""
+        return np.array(self.domain[0]), np.array(self.domain[1])
+
+    @cached_property
+    def scale(self) -> tuple[float, float]:
+        """The largest |p_u| and |p_v| on a coarse grid: what counts as a zero derivative is measured by them."""
+        u, v = (np.linspace(*interval, 9) for interval in self.domain)
+        lengths = (np.linalg.norm(self.derivative(u[:, None], v, i, j), axis=-1).max() for i, j in ((1, 0), (0, 1)))
+        a, b = (float(length) for length in lengths)
+        return a, b
+
     def normal(self, u: ArrayLike, v: ArrayLike, *, undefined: str = "raise") -> Array:
-        """Unit normals p_u x p_v / |p_u x p_v|, (..., 3)."""
-        jet = self.jet(u, v, 1)
-        return _unit(np.cross(jet[1, 0], jet[0, 1]))
+        """Unit normals p_u x p_v / |p_u x p_v|, (..., 3).
+
+        Where the cross product vanishes the limit is taken from higher derivatives: exact at the poles of a sphere
+        or of a teapot's lid. Where no limit exists (the tip of a cone) the answer is a SingularPointError, or nan
+        if `undefined` is "nan".
+
+        Examples
+        --------
+        >>> from parametric.tensor import BezierSurface
+        >>> BezierSurface([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 0)]]).normal(0.5, 0.5)
+        array([0., 0., 1.])
+        """
+        if undefined not in ("raise", "nan"):
+            raise ValueError(f'undefined must be "raise" or "nan", got {undefined!r}')
+        from parametric.normals import unit_normals
+
+        return unit_normals(self, u, v, undefined == "raise")
+
+    def true_normal(self, u: ArrayLike, v: ArrayLike) -> Array:
+        """The vector N = p_u x p_v, whose length is the area of the surface over that of the domain: (..., 3)."""
+        return np.cross(self.derivative(u, v, 1, 0), self.derivative(u, v, 0, 1))
 
     def twist(self, u: ArrayLike, v: ArrayLike) -> Array:
-        """Mixed derivatives p_uv, (..., 3)."""
+        """Twist vectors p_uv, (..., 3). They depend on the parametrization: a plane may have p_uv != 0."""
         return self.derivative(u, v, 1, 1)
 
+    def iso_u(self, u: float) -> "ParametricCurve":
+        """The curve v -> p(u, v) of constant u."""
+        from parametric.curve import IsoCurve
 
-def _unit(vectors: Array) -> Array:
-    return vectors / np.sqrt(np.einsum("...c,...c->...", vectors, vectors))[..., None]
+        return IsoCurve(self, float(to_parameters(u, self.domain[0], "u")), 0)
+
+    def iso_v(self, v: float) -> "ParametricCurve":
+        """The curve u -> p(u, v) of constant v."""
+        from parametric.curve import IsoCurve
+
+        return IsoCurve(self, float(to_parameters(v, self.domain[1], "v")), 1)
+
+    def curvature(self, u: ArrayLike, v: ArrayLike) -> "Curvature":
+        """Gaussian, mean and principal curvatures (largest first) with their unit directions in space.
+
+        A curvature is positive where the surface bends away from its normal, as on a sphere with the normal outside:
+        the sign of an implicit surface with the same normal. A SingularPointError where p_u x p_v vanishes.
+        """
+        from parametric.analysis import curvature
+
+        return curvature(self, u, v)
+
+    def expressions(self) -> tuple[Any, Any, Any]:
+        """The coordinates as sympy expressions in the symbols u and v of `parametric`."""
+        raise NotImplementedError(f"a {type(self).__name__} has no symbolic expression")
+
+    def implicitize(self, **options: Any) -> "Surface":
+        """The implicit surface f(x, y, z) = 0 that contains this one; options as in `implicit.implicitize`."""
+        from implicit import implicitize
+        from parametric.formula import u, v
+
+        return implicitize(self.expressions(), (u, v), **options)

@@ -3,13 +3,26 @@
 from collections.abc import Sequence
 from functools import cached_property
 from math import comb
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parametric import refine
 from parametric.basis import combine_grid, combine_points
+from parametric.bspline import BSplineCurve, drop, lift, move
 from parametric.knots import Knots, KnotVector, to_knots
-from parametric.parameters import Array, Interval, from_grid, split_axes, to_points, to_weights
+from parametric.parameters import (
+    Array,
+    Interval,
+    from_grid,
+    split_axes,
+    to_interval,
+    to_parameters,
+    to_points,
+    to_vector,
+    to_weights,
+)
 from parametric.surface import Jet, ParametricSurface
 
 
@@ -68,6 +81,11 @@ class BSplineSurface(ParametricSurface):
         return self.knots[0].domain, self.knots[1].domain
 
     @property
+    def breaks(self) -> tuple[Array, Array]:
+        """The distinct knots of the domain, in u and in v."""
+        return self.knots[0].breaks, self.knots[1].breaks
+
+    @property
     def degrees(self) -> tuple[int, int]:
         """Degrees (p, q) in u and v."""
         return self.knots[0].degree, self.knots[1].degree
@@ -75,9 +93,7 @@ class BSplineSurface(ParametricSurface):
     @cached_property
     def _net(self) -> Array:
         """One row and column for each basis function; weighted points and weights where rational."""
-        net = self.points
-        if self.weights is not None:
-            net = np.concatenate([net * self.weights[..., None], self.weights[..., None]], axis=-1)
+        net = self.points if self.weights is None else lift(self.points, self.weights)
         return np.ascontiguousarray(self.knots[1].unwrap(self.knots[0].unwrap(net, 0), 1))
 
     def _combine(self, u: Array, v: Array, i: int, j: int) -> Array:
@@ -98,6 +114,12 @@ class BSplineSurface(ParametricSurface):
             return self._combine(a, b, i, j)
         return self._divide({(k, m): self._combine(a, b, k, m) for k in range(i + 1) for m in range(j + 1)})[i, j]
 
+    def jet(self, u: ArrayLike, v: ArrayLike, order: int = 1) -> Jet:
+        """All derivatives (i, j) with i + j <= order, each (..., 3)."""
+        a, b = self.parameters(u, v)
+        sums = {(i, k - i): self._combine(a, b, i, k - i) for k in range(order + 1) for i in range(k + 1)}
+        return sums if self.weights is None else self._divide(sums)
+
     @staticmethod
     def _divide(sums: Jet) -> Jet:
         """Derivatives of the quotient by Leibniz' rule: (w p)_kl = sum C(k,a) C(l,b) w_ab p_(k-a)(l-b)."""
@@ -110,6 +132,117 @@ class BSplineSurface(ParametricSurface):
                         rest -= comb(k, a) * comb(m, b) * sums[a, b][..., 3:] * result[k - a, m - b]
             result[k, m] = rest / sums[0, 0][..., 3:]
         return result
+
+    def _with(self, axis: int, knots: KnotVector, matrix: Array) -> "BSplineSurface":
+        """The surface over other knots along one axis, with control points `matrix` times the old."""
+        net = self.points if self.weights is None else lift(self.points, self.weights)
+        points, weights = drop(np.moveaxis(np.tensordot(matrix, net, (1, axis)), 0, axis), self.weights is not None)
+        return self._like(points, (knots, self.knots[1]) if axis == 0 else (self.knots[0], knots), weights)
+
+    def _like(self, points: Array, knots: tuple[KnotVector, KnotVector], weights: Array | None) -> "BSplineSurface":
+        return BSplineSurface(points, (knots[0].degree, knots[1].degree), knots, weights)
+
+    def insert_knot(self, u: float | None = None, v: float | None = None, times: int = 1) -> "BSplineSurface":
+        """The same surface with a knot inserted in u, in v or in both."""
+        surface = self
+        for axis, value in enumerate((u, v)):
+            if value is not None:
+                surface = surface._with(axis, *refine.insert(surface.knots[axis], value, times))
+        return surface
+
+    def elevate(self, by: int | Sequence[int] = 1) -> "BSplineSurface":
+        """The same surface with its degrees raised, by one number or a pair for u and v."""
+        pair = (by, by) if isinstance(by, int | np.integer) else tuple(by)
+        if len(pair) != 2 or min(pair) < 0:
+            raise ValueError(f"degrees are raised by zero or more, in u and v, got {by!r}")
+        surface = self
+        for axis, times in enumerate(pair):
+            for _ in range(times):
+                surface = surface._with(axis, *refine.elevate(surface.knots[axis]))
+        return surface
+
+    def restrict(self, u: ArrayLike | None = None, v: ArrayLike | None = None) -> "BSplineSurface":
+        """The part over an interval of u, of v or of both, clamped, with the same parameters."""
+        surface = self
+        for axis, part in enumerate((u, v)):
+            if part is not None:
+                low, high = to_interval(to_parameters(part, self.domain[axis], "uv"[axis]), "the part")
+                surface = surface._with(axis, *refine.restrict(surface.knots[axis], low, high))
+        return surface
+
+    def split(self, u: float | None = None, v: float | None = None) -> "tuple[BSplineSurface, ...]":
+        """The two parts on either side of u or of v, or the four of both (u first), with the same parameters."""
+        parts: list[BSplineSurface] = [self]
+        for axis, value in enumerate((u, v)):
+            low, high = self.domain[axis]
+            if value is None:
+                continue
+            if not low < value < high:
+                raise ValueError(f"the surface splits at {'uv'[axis]} inside [{low:g}, {high:g}], got {value:g}")
+            halves = ((low, value), (value, high))
+            parts = [p.restrict(h, None) if axis == 0 else p.restrict(None, h) for p in parts for h in halves]
+        return tuple(parts)
+
+    @cached_property
+    def _bezier_nets(self) -> Array:
+        """Bezier nets of all spans, (spans in u, spans in v, p+1, q+1, 3 or 4)."""
+        a, b = self.knots
+        rows = a.first[:, None] + np.arange(a.degree + 1)
+        columns = b.first[:, None] + np.arange(b.degree + 1)
+        local = self._net[rows[:, None, :, None], columns[None, :, None, :]]
+        return np.einsum("sai,tbj,stijc->stabc", a.extraction, b.extraction, local, optimize=True)
+
+    @cached_property
+    def _patches(self) -> "tuple[BezierSurface, ...]":
+        nets = self._bezier_nets.reshape(-1, *self._bezier_nets.shape[2:])
+        return tuple(BezierSurface(*drop(net, self.weights is not None)) for net in nets)
+
+    def bezier_patches(self) -> "tuple[BezierSurface, ...]":
+        """One Bezier surface on [0, 1] x [0, 1] for each pair of spans, those of v running fastest; kept."""
+        return self._patches
+
+    def iso_u(self, u: float) -> BSplineCurve:
+        """The curve v -> p(u, v) of constant u, a B-spline curve."""
+        return self._iso(0, u)
+
+    def iso_v(self, v: float) -> BSplineCurve:
+        """The curve u -> p(u, v) of constant v, a B-spline curve."""
+        return self._iso(1, v)
+
+    def _iso(self, axis: int, value: float) -> BSplineCurve:
+        knots, other = self.knots[axis], self.knots[1 - axis]
+        design = knots.design(to_parameters([value], knots.domain, "uv"[axis]))
+        net = self.points if self.weights is None else lift(self.points, self.weights)
+        points, weights = drop(np.tensordot(design, net, (1, axis))[0], self.weights is not None)
+        return BSplineCurve(points, other.degree, other, weights)
+
+    def transform(self, matrix: ArrayLike) -> Self:
+        """The surface moved by an affine map (4, 4) that acts on column vectors: its control points moved."""
+        result = object.__new__(type(self))
+        result._set(points=to_points(move(self.points, matrix), "points", 2), weights=self.weights, knots=self.knots)
+        return result
+
+    def replace_point(self, i: int, j: int, point: ArrayLike) -> Self:
+        """The surface with control point (i, j) elsewhere; it changes on [u_i, u_(i+p+1)) x [v_j, v_(j+q+1)) only."""
+        points = self.points.copy()
+        points[i, j] = to_vector(point, "point")
+        result = object.__new__(type(self))
+        result._set(points=to_points(points, "points", 2), weights=self.weights, knots=self.knots)
+        return result
+
+    def to_nurbs(self) -> "BSplineSurface":
+        """The surface itself."""
+        return self
+
+    def expressions(self) -> tuple[Any, Any, Any]:
+        """The coordinates as exact sympy expressions in u and v; a ValueError where there are several pieces."""
+        patches = self.bezier_patches()
+        if len(patches) > 1:
+            raise ValueError(f"the surface has {len(patches)} pieces: take expressions of one of bezier_patches()")
+        from parametric.formula import bezier_expressions, u, v
+
+        x, y, z = bezier_expressions(self._bezier_nets[0, 0], (u, v), self.domain)
+        return x, y, z
 
 
 class BezierSurface(BSplineSurface):
@@ -133,3 +266,11 @@ class BezierSurface(BSplineSurface):
         if min(net.shape[:2]) < 2:
             raise ValueError(f"a Bezier surface needs at least 2 x 2 points, got {net.shape[0]} x {net.shape[1]}")
         super().__init__(net, (net.shape[0] - 1, net.shape[1] - 1), ("clamped", "clamped"), weights)
+
+    def _like(self, points: Array, knots: tuple[KnotVector, KnotVector], weights: Array | None) -> BSplineSurface:
+        single = all(k.values.size == 2 * k.degree + 2 and k.domain == (0.0, 1.0) for k in knots)
+        return BezierSurface(points, weights) if single else super()._like(points, knots, weights)
+
+    def split(self, u: float | None = None, v: float | None = None) -> "tuple[BezierSurface, ...]":
+        """The parts on either side of u, of v or of both (u first), as Bezier surfaces on [0, 1] x [0, 1] each."""
+        return tuple(BezierSurface(part.points, part.weights) for part in super().split(u, v))
