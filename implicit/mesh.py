@@ -180,12 +180,12 @@ class Mesh:
 
     @cached_property
     def _report(self) -> MeshReport:
-        from implicit.topology import count_components, count_split_vertices, curve_edges
+        from implicit.topology import count_components, curve_edges, split_vertices
 
         edges = self._edges
         loose = curve_edges(self.curves, edges)
         used, components = count_components(self.faces, loose, self.points, len(self.vertices))
-        split = count_split_vertices(self.faces, edges)
+        split = len(split_vertices(self.faces, edges))
         euler = used - (edges.count + len(loose)) + len(self.faces)
         closed = len(self.faces) > 0 and edges.boundary == 0
         manifold = edges.crowded == 0 and split == 0

@@ -88,8 +88,8 @@ def count_components(faces: IntArray, loose: IntArray, points: IntArray, size: i
     return int(np.count_nonzero(used)), len(np.unique(label[used]))
 
 
-def count_split_vertices(faces: IntArray, edges: Edges) -> int:
-    """The number of vertices whose faces form more than one fan.
+def split_vertices(faces: IntArray, edges: Edges) -> IntArray:
+    """The vertices whose faces form more than one fan.
 
     The corners of all faces are joined across every common edge; a vertex is split when its corners fall apart.
     """
@@ -105,7 +105,7 @@ def count_split_vertices(faces: IntArray, edges: Edges) -> int:
     )
     label = _components(links, len(start))
     fans = np.unique(np.column_stack([start, label]), axis=0)[:, 0]
-    return len(np.unique(fans[1:][np.diff(fans) == 0]))
+    return np.unique(fans[1:][np.diff(fans) == 0])
 
 
 def _components(links: IntArray, size: int) -> NDArray[np.int32]:

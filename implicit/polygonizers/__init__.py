@@ -1,0 +1,1 @@
+"""Ways from a surface to a mesh."""

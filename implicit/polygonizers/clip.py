@@ -1,0 +1,149 @@
+"""A mesh cut along a sphere.
+
+Each vertex is inside the sphere, on it, or outside. Vertices nearer to the sphere than a share of the cell are first
+moved to the curve where surface and sphere meet, so that no slivers are left; then the sides from inside to outside are
+cut at a new vertex on that curve. A vertex is not moved where the cut mesh would touch itself there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.domain import Ball
+from implicit.polygonizers.samples import Field
+from implicit.topology import find_edges, split_vertices
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Trimesh = tuple[FloatArray, FloatArray, IntArray]
+
+_NEAR = 0.2
+"""Vertices within this share of a cell of the sphere are moved onto it."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Rim:
+    """The curve where f = 0 meets the sphere."""
+
+    ball: Ball
+    field: Field
+    cell: float
+
+    def heights(self, points: FloatArray) -> FloatArray:
+        """Signed distances (n,) from the sphere, negative inside."""
+        return np.asarray(np.linalg.norm(points - self.ball.center, axis=1) - self.ball.radius)
+
+    def reach(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The points moved to the curve, by Newton's steps of least length, and unit normals there."""
+        center, radius = np.array(self.ball.center), self.ball.radius
+        start = points
+        for _ in range(8):
+            f, g = self.field.gradients(points)
+            out = points - center
+            distance = np.linalg.norm(out, axis=1)
+            n = out / distance[:, None]
+            gg, gn = (g * g).sum(1), (g * n).sum(1)
+            determinant = gg - gn * gn
+            height = distance - radius
+            with np.errstate(all="ignore"):
+                along_g = np.where(determinant > 1e-12 * gg, (gn * height - f) / determinant, 0.0)
+            along_n = -height - along_g * gn
+            step = along_g[:, None] * g + along_n[:, None] * n
+            length = np.linalg.norm(points + step - start, axis=1)
+            points = np.where((length < 2 * self.cell)[:, None], points + step, points)
+            if not np.any(np.linalg.norm(step, axis=1) > 1e-13 * radius):
+                break
+        out = points - center
+        points = center + out * (radius / np.linalg.norm(out, axis=1))[:, None]
+        return points, unit(self.field.gradients(points)[1])
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Vectors (n, 3) of length 1, or 0 where there is no direction."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def clip(vertices: FloatArray, normals: FloatArray, faces: IntArray, ball: Ball, field: Field, cell: float) -> Trimesh:
+    """The part of a mesh of f = 0 inside the ball; its boundary lies on the sphere, and on f = 0.
+
+    cell: the length of the cells the mesh came from.
+    """
+    rim = _Rim(ball, field, cell)
+    height = rim.heights(vertices)
+    if not (height > 0).any():
+        return vertices, normals, faces
+    movable = np.abs(height) < _NEAR * cell
+    movable &= _crossing(height, faces)
+    while True:
+        side = np.where(movable, 0, np.where(height < 0, -1, 1)).astype(np.int8)
+        kept, cut = _cut(side, faces, height)
+        bad = split_vertices(kept, find_edges(kept, len(vertices) + len(cut)))
+        bad = bad[bad < len(vertices)]
+        bad = bad[movable[bad]]
+        if not len(bad):
+            break
+        movable[bad] = False
+    vertices, normals = vertices.copy(), normals.copy()
+    move = np.flatnonzero(movable)
+    a, b = height[cut[:, 0]][:, None], height[cut[:, 1]][:, None]
+    fresh = (vertices[cut[:, 0]] * b - vertices[cut[:, 1]] * a) / (b - a)
+    places, directions = rim.reach(np.concatenate([vertices[move], fresh]))
+    vertices[move], normals[move] = places[: len(move)], directions[: len(move)]
+    return np.concatenate([vertices, places[len(move) :]]), np.concatenate([normals, directions[len(move) :]]), kept
+
+
+def _crossing(height: FloatArray, faces: IntArray) -> NDArray[np.bool_]:
+    """The vertices of faces that are neither wholly inside nor wholly outside."""
+    outside = height[faces] >= 0
+    mixed = faces[outside.any(axis=1) & ~outside.all(axis=1)]
+    found = np.zeros(len(height), bool)
+    found[mixed.ravel()] = True
+    return found
+
+
+def _cut(side: NDArray[np.int8], faces: IntArray, height: FloatArray) -> tuple[IntArray, IntArray]:
+    """The faces inside, and the sides (n, 2) from inside to outside that get vertex len(side) + row."""
+    corner = side[faces]
+    whole = faces[(corner <= 0).all(axis=1) & ((corner < 0).any(axis=1) | (height[faces].sum(axis=1) < 0))]
+    split = (corner < 0).any(axis=1) & (corner > 0).any(axis=1)
+    # Turn each split face so that its first corner is inside and its last is not.
+    part, sign = faces[split], corner[split]
+    turn = np.argmax((sign < 0) & (np.roll(sign, 1, axis=1) >= 0), axis=1)
+    rows = np.arange(len(part))[:, None]
+    order = (turn[:, None] + np.arange(3)) % 3
+    part, sign = part[rows, order], sign[rows, order]
+    a, b, c = part.T
+    keys, names = _name_cuts(a, b, c, sign, len(side))
+    ab, bc, ca = names
+    pieces = [whole]
+    for pattern, triangles in (
+        ((-1, 0, 1), ((a, b, ca),)),
+        ((-1, 1, 0), ((a, ab, c),)),
+        ((-1, 1, 1), ((a, ab, ca),)),
+        ((-1, -1, 1), ((a, b, bc), (a, bc, ca))),
+    ):
+        here = (sign == pattern).all(axis=1)
+        pieces += [np.column_stack(triangle)[here] for triangle in triangles]
+    return np.concatenate(pieces), keys
+
+
+def _name_cuts(
+    a: IntArray, b: IntArray, c: IntArray, sign: NDArray[np.int8], size: int
+) -> tuple[IntArray, tuple[IntArray, ...]]:
+    """The cut sides (n, 2), inside end first, and for the three sides of each face its new vertex, -1 if not cut."""
+    names = []
+    ends = []
+    for (p, q), (i, j) in zip(((a, b), (b, c), (c, a)), ((0, 1), (1, 2), (2, 0)), strict=True):
+        cut = sign[:, i] * sign[:, j] < 0
+        names.append(np.where(cut, 0, -1))
+        ends.append(np.where((sign[:, i] < 0)[:, None], np.column_stack([p, q]), np.column_stack([q, p]))[cut])
+    keys, inverse = np.unique(np.concatenate(ends), axis=0, return_inverse=True)
+    inverse = inverse.ravel() + size
+    first = 0
+    for name in names:
+        count = int(np.count_nonzero(name == 0))
+        name[name == 0] = inverse[first : first + count]
+        first += count
+    return keys, tuple(names)

@@ -1,0 +1,204 @@
+"""From the samples of bricks to vertices on lattice edges and triangles between them.
+
+Bricks come in descending order of x, y, z. A brick owns the edges that start at its points 0 to 6 along each axis (to
+the last plane in the last brick) and takes the numbers of the edges on its upper faces from its three upper
+neighbours, which have left them behind. So every vertex has one number from the start, and nothing is merged.
+
+f < 0 is inside and f = 0 is outside. A brick without a sample inside, or without one outside, has no edge that
+crosses, on its faces neither; its neighbours never ask for it.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from implicit.polygonizers.cell import EDGES, TRIANGLE_COUNT, TRIANGLES
+
+VERTICES_PER_BRICK = 3 * 8 * 8 * 8
+TRIANGLES_PER_BRICK = 5 * 7 * 7 * 7
+
+_STEP = (64, 8, 1)
+EDGE_PLACE = np.array(
+    [512 * (number // 4) + sum(_STEP[axis] * (low >> 2 - axis & 1) for axis in range(3))
+     for number, (low, _) in enumerate(EDGES)]
+)  # fmt: skip
+"""Where the number of each edge of the first cell of a brick is kept: direction 512 + x 64 + y 8 + z."""
+
+_PLACES = EDGE_PLACE[TRIANGLES]
+
+_U = np.uint64
+_PACK = _U(0x0102040810204080)
+_DE_BRUIJN = 0x03F79D71B4CB0A89
+_BIT = np.zeros(64, np.int64)
+_BIT[[((_DE_BRUIJN << bit) & (2**64 - 1)) >> 58 for bit in range(64)]] = np.arange(64)
+_HASH = _U(_DE_BRUIJN)
+_LARGEST = np.finfo(float).max
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _lowest_bit(word: Any) -> Any:
+    return _BIT[((word & (~word + _U(1))) * _HASH) >> _U(58)]
+
+
+@njit(cache=True, nogil=True)
+def _pack_signs(f: Any, signs: Any, eights: Any, words: Any) -> bool:
+    """Set bit 8 j + k of words[i] where f[64 i + 8 j + k] < 0; whether all of f is finite."""
+    bad = np.uint8(0)
+    for k in range(512):
+        signs[k] = np.uint8(f[k] < 0.0)
+        bad |= np.uint8(not (abs(f[k]) <= _LARGEST))
+    for i in range(8):
+        word = _U(0)
+        for j in range(8):
+            word |= ((eights[8 * i + j] * _PACK) >> _U(56)) << _U(8 * j)
+        words[i] = word
+    return bad == 0
+
+
+@njit(cache=True, nogil=True)
+def _cross(
+    mask: Any, i: int, axis: int, start: Any, axes: Any, f: Any, first: int, found: Any, n: int, numbers: Any
+) -> int:
+    """Number the edges along `axis` that start at plane i and have their bit in `mask`; the next free column.
+
+    found rows: x, y, z by linear interpolation, the two ends of the edge, f there, the axis.
+    """
+    step = 64 if axis == 0 else (8 if axis == 1 else 1)
+    while mask != _U(0):
+        bit = _lowest_bit(mask)
+        mask &= mask - _U(1)
+        j, k = bit >> 3, bit & 7
+        place = 64 * i + bit
+        a, b = f[place], f[place + step]
+        found[0, n] = axes[0, start[0] + i]
+        found[1, n] = axes[1, start[1] + j]
+        found[2, n] = axes[2, start[2] + k]
+        low = found[axis, n]
+        high = axes[axis, start[axis] + (i if axis == 0 else (j if axis == 1 else k)) + 1]
+        found[axis, n] = low + (high - low) * (a / (a - b))
+        found[3, n] = low
+        found[4, n] = high
+        found[5, n] = a
+        found[6, n] = b
+        found[7, n] = axis
+        numbers[512 * axis + place] = first + n
+        n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _fetch(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
+    """Take the numbers on the three upper faces from the lower faces of the neighbours there."""
+    for a in range(64):
+        numbers[512 + 448 + a] = low_x[a]
+        numbers[1024 + 448 + a] = low_x[64 + a]
+    for a in range(8):
+        for b in range(8):
+            numbers[64 * a + 56 + b] = low_y[8 * a + b]
+            numbers[1024 + 64 * a + 56 + b] = low_y[64 + 8 * a + b]
+            numbers[64 * a + 8 * b + 7] = low_z[8 * a + b]
+            numbers[512 + 64 * a + 8 * b + 7] = low_z[64 + 8 * a + b]
+
+
+@njit(cache=True, nogil=True)
+def _leave(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
+    """Leave the numbers on the three lower faces behind for the neighbours there."""
+    for a in range(64):
+        low_x[a] = numbers[512 + a]
+        low_x[64 + a] = numbers[1024 + a]
+    for a in range(8):
+        for b in range(8):
+            low_y[8 * a + b] = numbers[64 * a + b]
+            low_y[64 + 8 * a + b] = numbers[1024 + 64 * a + b]
+            low_z[8 * a + b] = numbers[64 * a + 8 * b]
+            low_z[64 + 8 * a + b] = numbers[512 + 64 * a + 8 * b]
+
+
+@njit(cache=True, nogil=True)
+def _join(words: Any, planes: int, row: Any, numbers: Any, faces: Any, t: int) -> int:
+    """Write the triangles of the cells of a brick; the next free row of `faces`."""
+    for i in range(planes):
+        a, c = words[i], words[i + 1]
+        some, every = a | c, a & c
+        some |= some >> _U(8)
+        every &= every >> _U(8)
+        some |= some >> _U(1)
+        every &= every >> _U(1)
+        mixed = some & ~every & row
+        while mixed != _U(0):
+            bit = _lowest_bit(mixed)
+            mixed &= mixed - _U(1)
+            p, q = a >> _U(bit), c >> _U(bit)
+            low = (p & _U(3)) | ((p >> _U(6)) & _U(12))
+            high = ((q & _U(3)) << _U(4)) | ((q >> _U(2)) & _U(192))
+            pattern = np.intp(low | high)
+            base = 64 * i + bit
+            for e in range(TRIANGLE_COUNT[pattern]):
+                for corner in range(3):
+                    faces[t, corner] = numbers[_PLACES[pattern, 3 * e + corner] + base]
+                t += 1
+    return t
+
+
+@njit(cache=True, nogil=True)
+def _rows(count: int, width: int) -> Any:
+    """The bits 8 j + k with j < count and k < width."""
+    word = _U(0)
+    for j in range(count):
+        word |= ((_U(1) << _U(width)) - _U(1)) << _U(8 * j)
+    return word
+
+
+@njit(cache=True, nogil=True)
+def extract(
+    samples: Any, bricks: Any, begin: int, axes: Any, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int,
+    found: Any, starts: Any, faces: Any, t: int,
+) -> tuple[int, int, int, bool]:  # fmt: skip
+    """Extract bricks (n, 3) with samples (n, 512) from `begin` on, while there is room in `found`.
+
+    axes (3, ...) padded planes and cells (3,) of the lattice; low_x (2, ., ., 128), low_y (2, ., 128), low_z (128,)
+    numbers left behind on lower faces; `first` is the number of the next vertex. Fills found (8, ...), the column
+    where each brick starts in starts (n + 1,), and faces from row t on.
+    Returns where it stopped, the number of vertices found, the next row of faces, and whether all was finite; if not,
+    it stopped at a brick with a sample that is not.
+    """
+    signs = np.zeros(512, np.uint8)
+    eights = signs.view(np.uint64)
+    words = np.zeros(9, np.uint64)
+    numbers = np.zeros(1536, np.int64)
+    start = np.zeros(3, np.int64)
+    own = np.zeros(3, np.int64)
+    points = np.zeros(3, np.int64)
+    n = 0
+    for index in range(begin, len(bricks)):
+        starts[index] = n
+        if n + VERTICES_PER_BRICK > found.shape[1]:
+            return index, n, t, True
+        f = samples[index]
+        if not _pack_signs(f, signs, eights, words):
+            return index, n, t, False
+        some, every = words[0], words[0]
+        for i in range(1, 8):
+            some |= words[i]
+            every &= words[i]
+        if some == _U(0) or every == ~_U(0):
+            continue
+        for axis in range(3):
+            start[axis] = 7 * bricks[index, axis]
+            own[axis] = min(7, cells[axis] - start[axis])
+            points[axis] = own[axis] + (start[axis] + own[axis] == cells[axis])
+        whole, cut_y = _rows(points[1], points[2]), _rows(own[1], points[2])
+        cut_z, cut_both = _rows(points[1], own[2]), _rows(own[1], own[2])
+        bx, by, bz = bricks[index]
+        _fetch(numbers, low_x[1 - (bx & 1), by, bz], low_y[1 - (by & 1), bz], low_z)
+        for i in range(points[0]):
+            word = words[i]
+            if i < own[0]:
+                n = _cross((word ^ words[i + 1]) & whole, i, 0, start, axes, f, first, found, n, numbers)
+            n = _cross((word ^ (word >> _U(8))) & cut_y, i, 1, start, axes, f, first, found, n, numbers)
+            n = _cross((word ^ (word >> _U(1))) & cut_z, i, 2, start, axes, f, first, found, n, numbers)
+        _leave(numbers, low_x[bx & 1, by, bz], low_y[by & 1, bz], low_z)
+        t = _join(words, own[0], cut_both, numbers, faces, t)
+    starts[len(bricks)] = n
+    return len(bricks), n, t, True

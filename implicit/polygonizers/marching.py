@@ -1,0 +1,190 @@
+"""Marching cubes over the bricks that a surface may meet.
+
+Bricks are swept in descending order, in runs of whole layers of constant x that do not depend on the number of workers.
+One worker sweeps run after run into the same arrays. Several take a run each, number its vertices from 0, and name
+those of the run above by their place in its lowest layer; then the runs are put together. The batches are the same in
+both cases, and so is the mesh, bit for bit.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, extract
+from implicit.polygonizers.roots import FOUND_ROWS, SNAP, STATE_ROWS, finish, settle
+from implicit.polygonizers.samples import Sampler
+from implicit.work import Job, batches, check_memory
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BATCH = 256
+"""Bricks that are sampled, extracted and refined at a time: their samples fit the processor's cache."""
+
+_RUN = 4 * BATCH
+"""A run has at least so many bricks."""
+
+_ROOM = 64
+"""Crossings per brick that a batch has room for at once; a batch with more goes in several steps."""
+
+_BYTES_PER_BRICK = 60 * 48 + 120 * 24
+"""Vertices with normals, and triangles, of one sheet through a brick."""
+
+
+@dataclass(frozen=True, eq=False)
+class Marched:
+    """Vertices, unit normals, faces, and the vertices that lie at a lattice point, ascending."""
+
+    vertices: FloatArray
+    normals: FloatArray
+    faces: IntArray
+    pinned: IntArray
+
+
+@dataclass(eq=False)
+class _Run:
+    """One or several runs in a row, from cut to cut, and what has been found in them."""
+
+    sampler: Sampler
+    job: Job
+    cuts: list[int]
+
+    @property
+    def first(self) -> int:
+        """The first brick."""
+        return self.cuts[0]
+
+    @property
+    def last(self) -> int:
+        """One after the last brick."""
+        return self.cuts[-1]
+
+    def __post_init__(self) -> None:
+        _, rows, columns = self.sampler.lattice.bricks
+        room = BATCH * _ROOM + VERTICES_PER_BRICK
+        self.found = np.empty((FOUND_ROWS, room))
+        self.state = np.empty((STATE_ROWS, room))
+        self.samples = np.empty((min(BATCH, self.last - self.first), 512))
+        self.starts = np.zeros(BATCH + 1, np.int64)
+        self.low_x = np.empty((2, rows, columns, 128), np.int32)
+        self.low_y = np.empty((2, columns, 128), np.int32)
+        self.low_z = np.empty(128, np.int32)
+        self.vertices, self.normals = np.empty((room, 3)), np.empty((room, 3))
+        self.faces = np.empty((BATCH * TRIANGLES_PER_BRICK, 3), np.int64)
+        self.pinned: list[IntArray] = []
+        self.n = self.t = 0
+
+    def __call__(self) -> "_Run":
+        """Sweep the run."""
+        _, rows, columns = self.sampler.lattice.bricks
+        if self.first:
+            top = int(self.sampler.bricks[self.first, 0]) + 1 & 1
+            self.low_x[top] = -1 - np.arange(rows * columns * 128, dtype=np.int32).reshape(rows, columns, 128)
+        for start, stop in pairwise(self.cuts):
+            for first, last in batches(stop - start, BATCH):
+                self._batch(start + first, start + last)
+                self.job.advance(last - first)
+        for array, rows in ((self.vertices, self.n), (self.normals, self.n), (self.faces, self.t)):
+            array.resize((rows, 3), refcheck=False)
+        return self
+
+    def _batch(self, first: int, last: int) -> None:
+        sampler, lattice = self.sampler, self.sampler.lattice
+        samples, bricks = self.samples[: last - first], sampler.bricks[first:last]
+        sampler.fill(first, last, samples)
+        begin = 0
+        while begin < len(bricks):
+            _reserve(self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin), self.faces)
+            end, n, self.t, finite = extract(
+                samples, bricks, begin, lattice.padded, lattice.cells, self.low_x, self.low_y, self.low_z, self.n,
+                self.found, self.starts, self.faces, self.t,
+            )  # fmt: skip
+            if not finite:
+                refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])
+            if n:
+                self._refine(first + begin, first + end, n, self.starts[begin : end + 1])
+            begin = end
+
+    def _refine(self, first: int, last: int, n: int, starts: IntArray) -> None:
+        sampler, tolerance = self.sampler, self.sampler.lattice.precision
+        gradients = settle(
+            self.found,
+            self.state,
+            n,
+            lambda points: sampler.near(points, first, last, starts),
+            sampler.anywhere,
+            tolerance,
+        )
+        _reserve(self.n + n, self.vertices, self.normals)
+        pinned = np.empty(n, np.int64)
+        count = finish(self.found, gradients, SNAP * tolerance, self.vertices, self.normals, self.n, n, pinned)
+        if count:
+            self.pinned.append(pinned[:count])
+        self.n += n
+
+
+def _reserve(rows: int, *arrays: FloatArray | IntArray) -> None:
+    """Make room for `rows` rows; memory that is not written to is not used."""
+    for array in arrays:
+        if rows > len(array):
+            array.resize((rows + rows // 2, 3), refcheck=False)
+
+
+def refuse(points: FloatArray, values: FloatArray) -> None:
+    """Raise ValueError naming the first of the points (n, 3) whose value is not finite."""
+    bad = int(np.flatnonzero(~np.isfinite(values))[0])
+    place = ", ".join(f"{coordinate:.6g}" for coordinate in points[bad])
+    raise ValueError(f"the formula has no finite value at ({place}): f = {values[bad]}")
+
+
+def march(sampler: Sampler, job: Job) -> Marched:
+    """The mesh of f = 0 over the sampler's bricks.
+
+    Every vertex lies on a lattice edge with one end inside and one outside, at a root of f; the mesh is closed but for
+    the faces of the lattice's box. Raises ValueError where f is not finite, MemoryError when the mesh cannot fit.
+    """
+    cuts = _cut(sampler.bricks[:, 0])
+    alone = job.workers == 1 or len(cuts) < 3
+    check_memory(
+        len(sampler.bricks) * _BYTES_PER_BRICK * (1 if alone else 2),
+        f"a mesh over {len(sampler.bricks)} bricks of 7 x 7 x 7 cells",
+        "lower the resolution or take smaller bounds",
+    )
+    parts = [cuts] if alone else [list(pair) for pair in pairwise(cuts)]
+    return _join(job.map(_Run.__call__, [_Run(sampler, job, part) for part in parts if len(part) > 1]))
+
+
+def _cut(layers: NDArray[np.int32]) -> list[int]:
+    """Where to cut bricks sorted by layer into runs of whole layers, each of at least a few batches."""
+    cuts = [0]
+    for start in np.flatnonzero(np.diff(layers)) + 1:
+        if start - cuts[-1] >= _RUN:
+            cuts.append(int(start))
+    return [*cuts, len(layers)] if len(layers) else [0]
+
+
+def _join(runs: list[_Run]) -> Marched:
+    """One mesh from runs in descending order; each takes the numbers on its top from the run before."""
+    if not runs:
+        return Marched(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
+    offset = 0
+    pinned = []
+    for index, run in enumerate(runs):
+        if index:
+            before = runs[index - 1]
+            below = before.low_x[int(before.sampler.bricks[before.last - 1, 0]) & 1].ravel()
+            ahead = run.faces < 0
+            names = -1 - run.faces[ahead]
+            run.faces += offset
+            run.faces[ahead] = below[names] + offset - before.n
+        pinned += [part + offset for part in run.pinned]
+        offset += run.n
+    if len(runs) == 1:
+        vertices, normals, faces = runs[0].vertices, runs[0].normals, runs[0].faces
+    else:
+        vertices, normals, faces = (
+            np.concatenate([getattr(run, name) for run in runs]) for name in ("vertices", "normals", "faces")
+        )
+    return Marched(vertices, normals, faces, np.concatenate(pinned) if pinned else np.zeros(0, np.int64))

@@ -1,0 +1,1 @@
+"""Benchmarks: tables of ratios against peers in one run. Never a test."""
