@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         OpenSurfaceError,
         SignAmbiguousError,
         SingularPointError,
+        TimeLimitError,
         TranscendentalError,
         UndecidedError,
     )
@@ -46,6 +47,7 @@ _HOMES = {
     "OpenSurfaceError": "errors",
     "SignAmbiguousError": "errors",
     "SingularPointError": "errors",
+    "TimeLimitError": "errors",
     "TranscendentalError": "errors",
     "UndecidedError": "errors",
     "implicitize": "implicitize",

@@ -46,3 +46,7 @@ class NotASurfaceError(ValueError):
 
 class TranscendentalError(ValueError):
     """Coordinates that satisfy no polynomial equation, such as u mixed with sin(u)."""
+
+
+class TimeLimitError(ValueError, TimeoutError):
+    """The time that was allowed is over, or cannot be enough."""

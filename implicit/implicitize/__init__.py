@@ -1,0 +1,95 @@
+"""From a parametrization to its equation: `implicitize`."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from implicit.implicitize.certificate import Certificate
+from implicit.implicitize.clock import Clock
+from implicit.implicitize.degree import Count, count
+from implicit.implicitize.eliminate import Implicit, lift, null_space_image
+from implicit.implicitize.homogeneous import Coordinates, read_coordinates
+from implicit.implicitize.orientation import outward_sign
+from implicit.implicitize.proof import identity_bits, proof_cost, prove_identity, prove_irreducible
+from implicit.polynomial import Polynomial
+from implicit.surface import Surface
+
+_PROOF_SECONDS = 60.0  # a longer proof over the integers is left to fresh primes
+
+
+def implicitize(
+    coordinates: Sequence[Any],
+    parameters: Sequence[Any],
+    *,
+    method: Literal["auto", "exact", "approximate"] = "auto",
+    timeout: float | None = None,
+    rationalize: float | None = None,
+) -> Surface:
+    """The surface f(x, y, z) = 0 on which (x(u, v), y(u, v), z(u, v)) lies.
+
+    The coordinates are rational functions of two parameters, or of sines, cosines and exponentials of their multiples.
+    f is irreducible, of least degree, with coprime integer coefficients (or integers of a number field such as
+    Q(sqrt 2)); it is negative inside where the terms of highest degree tell, else grad f goes along p_u x p_v.
+
+    Parameters
+    ----------
+    coordinates
+        Three sympy expressions or numbers. A float stands for its exact binary value.
+    parameters
+        Two sympy symbols.
+    method
+        "exact", or "approximate": a least-squares f of given degree; "auto" is "exact".
+    timeout
+        Seconds; TimeLimitError when they are over.
+    rationalize
+        Replace each float by the simplest fraction within this distance.
+
+    Raises
+    ------
+    NotASurfaceError
+        If the image is a curve or a point.
+    TranscendentalError
+        If the coordinates satisfy no polynomial equation, such as u mixed with sin(u), or contain pi.
+    ValueError
+        For zero denominators, other symbols, other than three coordinates.
+
+    Examples
+    --------
+    >>> from sympy import cos, sin, symbols
+    >>> u, v = symbols("u v", real=True)
+    >>> torus = implicitize(((2 + cos(v)) * cos(u), (2 + cos(v)) * sin(u), sin(v)), (u, v))
+    >>> torus.degree, torus.certificate.proof
+    (4, 'exact')
+    """
+    clock = Clock(timeout)
+    homogeneous = read_coordinates(coordinates, parameters, rationalize)
+    found, certificate = eliminate(homogeneous, clock)
+    polynomial = to_polynomial(homogeneous, found)
+    if outward_sign(polynomial, homogeneous) < 0:
+        polynomial = -polynomial
+    return Surface.from_polynomial(polynomial, certificate=certificate)
+
+
+def eliminate(coordinates: Coordinates, clock: Clock) -> tuple[Implicit, Certificate]:
+    """The polynomial of homogeneous coordinates and what is proved about it."""
+    counted = count(coordinates)
+    clock.check("the count of the degree")
+    found = lift(coordinates, counted.degree, null_space_image(counted.degree), clock)
+    return found, _prove(coordinates, counted, found, "null space", clock)
+
+
+def _prove(coordinates: Coordinates, counted: Count, found: Implicit, method: str, clock: Clock) -> Certificate:
+    if proof_cost(coordinates, found) < min(_PROOF_SECONDS, clock.left):
+        exact = prove_identity(coordinates, found, clock) and prove_irreducible(coordinates, found, clock)
+    else:
+        exact = False
+    chance = 0.0 if exact else (identity_bits(coordinates, found) / 30 + 1) / 9e7
+    proof: Literal["exact", "modular"] = "exact" if exact else "modular"
+    return Certificate(method, counted.degree, counted.map_degree, counted.base_points, proof, 0.0, chance)
+
+
+def to_polynomial(coordinates: Coordinates, found: Implicit) -> Polynomial:
+    """The polynomial in the numbers of its field."""
+    scalars = coordinates.field
+    if scalars.number_field is None:
+        return Polynomial.from_terms({m: e[0] for m, e in found.terms.items()})
+    return Polynomial.from_terms({m: scalars.coordinates(e) for m, e in found.terms.items()}, scalars.number_field)
