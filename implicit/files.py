@@ -49,10 +49,8 @@ def save(mesh: Mesh, path: str | os.PathLike[str]) -> Path:
     284
     """
     path = Path(path)
-    write = _WRITERS.get(path.suffix.lower())
-    if write is None:
-        known = " ".join(sorted(_WRITERS))
-        raise ValueError(f"a mesh is saved by suffix, one of {known}; got {path.name!r}")
+    check_suffix(path)
+    write = _WRITERS[path.suffix.lower()]
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with part.open("wb") as stream:
@@ -61,6 +59,13 @@ def save(mesh: Mesh, path: str | os.PathLike[str]) -> Path:
     finally:
         part.unlink(missing_ok=True)
     return path
+
+
+def check_suffix(path: str | os.PathLike[str]) -> None:
+    """Raise ValueError unless a mesh can be saved in the format that the suffix of `path` names."""
+    if Path(path).suffix.lower() not in _WRITERS:
+        known = " ".join(sorted(_WRITERS))
+        raise ValueError(f"a mesh is saved by suffix, one of {known}; got {Path(path).name!r}")
 
 
 def round_to_single(vertices: ArrayLike, faces: ArrayLike) -> tuple[Corners, Faces]:

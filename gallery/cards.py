@@ -1,0 +1,175 @@
+"""One surface of the catalogue made, measured, drawn, and held against its facts."""
+
+import time
+import traceback
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from gallery.catalog import Entry, Facts, find
+from gallery.measure import implicit_distance, parametric_distance
+from implicit.domain import Bounds, to_bounds
+from implicit.mesh import Mesh
+
+Quality = Literal["draft", "normal", "fine"]
+
+RESOLUTION: dict[Quality, int] = {"draft": 40, "normal": 80, "fine": 160}
+"""Cells along the longest side of the bounds."""
+TOLERANCE: dict[Quality, float] = {"draft": 3e-3, "normal": 1e-3, "fine": 2e-4}
+"""Chord distance as a share of the surface's diagonal."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """How every card of one run is made."""
+
+    folder: Path
+    size: tuple[int, int] = (640, 480)
+    quality: Quality = "normal"
+    renderer: Literal["auto", "vtk", "matplotlib"] = "auto"
+
+
+@dataclass(frozen=True)
+class Card:
+    """What was found out about a surface; `failure` says why there is no picture, `contradictions` what is not so."""
+
+    name: str
+    picture: str = ""
+    degree: int | None = None
+    singular_points: int | None = None
+    types: str = ""
+    singular_curves: int | None = None
+    complete: bool = True
+    triangles: int = 0
+    closed: bool = False
+    euler: int = 0
+    distance: float = 0.0
+    diagonal: float = 1.0
+    seconds: float = 0.0
+    contradictions: tuple[str, ...] = ()
+    failure: str = ""
+
+    @property
+    def good(self) -> bool:
+        """Whether the surface was drawn and is as the catalogue says."""
+        return not (self.failure or self.contradictions)
+
+
+def make_card(name: str, job: Job) -> Card:
+    """The card of the surface called `name`, with its picture in the job's folder. An error becomes a card as well."""
+    start = time.perf_counter()
+    try:
+        card = _draw(find(name), job)
+    except Exception as error:  # the other surfaces go on; the page shows this one in red
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        failure = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+        card = Card(name, failure=failure)
+    return replace(card, seconds=time.perf_counter() - start)
+
+
+def _draw(entry: Entry, job: Job) -> Card:
+    from implicit.show import render
+
+    maker = implicit_card if entry.kind == "implicit" else parametric_card
+    card, meshes = maker(entry, job.quality)
+    picture = f"{entry.name}.png"
+    render(meshes, job.folder / picture, size=job.size, look=entry.look, renderer=job.renderer)
+    return replace(card, picture=picture, contradictions=contradictions(card, entry.facts))
+
+
+def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None) -> tuple[Card, list[Mesh]]:
+    """The card without its picture, and what the picture shows."""
+    from implicit.polygonize import polygonize
+    from implicit.singular import singularities
+
+    surface, bounds = make_surface(entry), entry_bounds(entry)
+    mesh = polygonize(surface, bounds, resolution=resolution or round(RESOLUTION[quality] * entry.detail))
+    card = _mesh_card(entry, mesh, implicit_distance(mesh, surface))
+    meshes = [mesh]
+    if surface.degree is not None:
+        locus = singularities(surface, bounds, timeout=60)
+        kinds = [point.type for point in locus.points]
+        types = ", ".join(f"{kinds.count(kind)} {kind}".removeprefix("1 ") for kind in dict.fromkeys(kinds) if kind)
+        card = replace(card, degree=surface.degree, singular_points=len(locus.points), types=types)
+        card = replace(card, singular_curves=len(locus.curves), complete=locus.complete)
+        if not len(mesh.points) and not mesh.curves:
+            meshes.append(locus_mesh(locus))
+    return card, meshes
+
+
+def parametric_card(entry: Entry, quality: Quality) -> tuple[Card, list[Mesh]]:
+    """The card without its picture, and what the picture shows."""
+    from parametric.tessellate import tessellate
+
+    surface = make_surface(entry)
+    parts = tuple(getattr(surface, "surfaces", (surface,)))
+    rough = np.concatenate([np.reshape(_grid(part), (-1, 3)) for part in parts])
+    size = float(np.linalg.norm(np.ptp(rough, axis=0)))
+    mesh = tessellate(surface, tolerance=TOLERANCE[quality] * size / entry.detail)
+    return _mesh_card(entry, mesh, parametric_distance(mesh, parts)), [mesh]
+
+
+def make_surface(entry: Entry) -> Any:
+    """The surface of an entry: an `implicit.Surface`, a parametric surface or a shell."""
+    if entry.build is not None:
+        return entry.build()
+    from implicit.formula import parse
+    from implicit.surface import Surface
+
+    return Surface(entry.formula, **{name: parse(text) for name, text in entry.parameters.items()})
+
+
+def entry_bounds(entry: Entry) -> Bounds:
+    """The bounds of an implicit entry."""
+    if entry.bounds is None:
+        raise ValueError(f"{entry.name} is parametric and has no bounds")
+    return to_bounds(entry.bounds)
+
+
+def locus_mesh(locus: Any) -> Mesh:
+    """Singular points and curves as a mesh without faces."""
+    positions = [np.reshape([point.position for point in locus.points], (-1, 3))]
+    curves, start = [], len(locus.points)
+    for curve in locus.curves:
+        positions += [curve.polyline, np.reshape(curve.special, (-1, 3))]
+        curves.append(np.arange(start, start + len(curve.polyline)))
+        start += len(curve.polyline) + len(curve.special)
+    drawn = np.concatenate([np.empty(0, np.int64), *curves])
+    points = np.setdiff1d(np.arange(start), drawn)
+    return Mesh(np.concatenate(positions), np.empty((0, 3), np.int64), curves=curves, points=points)
+
+
+def contradictions(card: Card, facts: Facts) -> tuple[str, ...]:
+    """Where the card is not as the facts say."""
+    names = ("degree", "singular_points", "types", "singular_curves", "closed", "euler")
+    pairs = [(name, getattr(facts, name), getattr(card, name)) for name in names]
+    return tuple(
+        f"{name.replace('_', ' ')} should be {wanted}, found {found}"
+        for name, wanted, found in pairs
+        if wanted not in (None, "") and found != wanted and not (name == "types" and found == "")
+    )
+
+
+def _mesh_card(entry: Entry, mesh: Mesh, distance: float) -> Card:
+    report = mesh.report()
+    return Card(
+        entry.name,
+        triangles=len(mesh.faces),
+        closed=report.closed,
+        euler=surface_euler(mesh),
+        distance=distance,
+        diagonal=float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if len(mesh.vertices) else 1.0,
+    )
+
+
+def surface_euler(mesh: Mesh) -> int:
+    """The Euler characteristic of the triangles alone, without solitary curves and points."""
+    return Mesh(mesh.vertices, mesh.faces).report().euler
+
+
+def _grid(surface: Any, count: int = 9) -> Any:
+    (u0, u1), (v0, v1) = surface.domain
+    u, v = np.meshgrid(np.linspace(u0, u1, count), np.linspace(v0, v1, count))
+    return surface(u, v)
