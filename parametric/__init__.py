@@ -16,20 +16,38 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
+    from parametric.analysis import area, fundamental_forms
     from parametric.bspline import BezierCurve, BSplineCurve, HermiteCurve, ParabolicBlend, line, polyline
+    from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
+    from parametric.coons import coons, coons_triangle, gordon, loft, ruled
     from parametric.curve import FunctionCurve, ParametricCurve
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
     from parametric.knots import KnotVector
+    from parametric.place import rotation, scaling, translation
+    from parametric.revolve import revolve
     from parametric.surface import ParametricSurface
     from parametric.tensor import BezierSurface, BSplineSurface
 
 _HOMES = {
+    "area": "analysis",
+    "fundamental_forms": "analysis",
     "BezierCurve": "bspline",
     "BSplineCurve": "bspline",
     "HermiteCurve": "bspline",
     "line": "bspline",
     "ParabolicBlend": "bspline",
     "polyline": "bspline",
+    "circle": "conic",
+    "Conic": "conic",
+    "ellipse": "conic",
+    "helix": "conic",
+    "hyperbola": "conic",
+    "parabola": "conic",
+    "coons": "coons",
+    "coons_triangle": "coons",
+    "gordon": "coons",
+    "loft": "coons",
+    "ruled": "coons",
     "FunctionCurve": "curve",
     "ParametricCurve": "curve",
     "FormulaCurve": "formula",
@@ -38,6 +56,10 @@ _HOMES = {
     "u": "formula",
     "v": "formula",
     "KnotVector": "knots",
+    "rotation": "place",
+    "scaling": "place",
+    "translation": "place",
+    "revolve": "revolve",
     "ParametricSurface": "surface",
     "BezierSurface": "tensor",
     "BSplineSurface": "tensor",

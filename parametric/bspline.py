@@ -12,6 +12,7 @@ from parametric import refine
 from parametric.curve import ParametricCurve
 from parametric.knots import Knots, KnotVector, to_knots
 from parametric.parameters import Array, Interval, to_interval, to_points, to_vector, to_weights
+from parametric.place import check_affine, move
 
 
 class BSplineCurve(ParametricCurve):
@@ -165,7 +166,7 @@ class BSplineCurve(ParametricCurve):
     def transform(self, matrix: ArrayLike) -> Self:
         """The curve moved by an affine map (4, 4) that acts on column vectors: its control points moved."""
         result = object.__new__(type(self))
-        moved = to_points(move(self.points, matrix), "points", 1)
+        moved = to_points(move(self.points, check_affine(matrix)), "points", 1)
         for name, value in (("points", moved), ("weights", self.weights), ("knots", self.knots)):
             object.__setattr__(result, name, value)
         return result
@@ -290,14 +291,6 @@ def lift(points: Array, weights: Array) -> Array:
 def drop(net: Array, rational: bool) -> tuple[Array, Array | None]:
     """Points and weights of homogeneous points; the points themselves where not rational."""
     return (net[..., :3] / net[..., 3:], net[..., 3]) if rational else (net, None)
-
-
-def move(points: Array, matrix: ArrayLike) -> Array:
-    """Points moved by an affine map (4, 4) acting on column vectors."""
-    m = np.asarray(matrix, dtype=float)
-    if m.shape != (4, 4) or not np.array_equal(m[3], (0, 0, 0, 1)):
-        raise ValueError(f"an affine map is a matrix (4, 4) with last row 0 0 0 1, got {m.tolist()}")
-    return points @ m[:3, :3].T + m[:3, 3]
 
 
 def _divide(sums: Sequence[Array]) -> Array:

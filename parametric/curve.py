@@ -86,6 +86,12 @@ class ParametricCurve(ABC):
         """The curve as a B-spline, rational where it has to be. A ValueError where there is none."""
         raise ValueError(f"a {type(self).__name__} is no rational curve")
 
+    def transform(self, matrix: ArrayLike) -> "ParametricCurve":
+        """The curve moved by an affine map (4, 4) that acts on column vectors."""
+        from parametric.place import MovedCurve
+
+        return MovedCurve(self, matrix)
+
     def expressions(self) -> tuple[Any, Any, Any]:
         """The coordinates as sympy expressions in the symbol t of `parametric`."""
         raise NotImplementedError(f"a {type(self).__name__} has no symbolic expression")

@@ -11,7 +11,6 @@ from parametric.parameters import Array, Interval, to_parameters
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature, Surface
-
     from parametric.curve import ParametricCurve
 
 Jet: TypeAlias = dict[tuple[int, int], Array]
@@ -111,6 +110,12 @@ class ParametricSurface(ABC):
         from parametric.analysis import curvature
 
         return curvature(self, u, v)
+
+    def transform(self, matrix: ArrayLike) -> "ParametricSurface":
+        """The surface moved by an affine map (4, 4) that acts on column vectors."""
+        from parametric.place import MovedSurface
+
+        return MovedSurface(self, matrix)
 
     def expressions(self) -> tuple[Any, Any, Any]:
         """The coordinates as sympy expressions in the symbols u and v of `parametric`."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from parametric import refine
 from parametric.basis import combine_grid, combine_points
-from parametric.bspline import BSplineCurve, drop, lift, move
+from parametric.bspline import BSplineCurve, drop, lift
 from parametric.knots import Knots, KnotVector, to_knots
 from parametric.parameters import (
     Array,
@@ -23,6 +23,7 @@ from parametric.parameters import (
     to_vector,
     to_weights,
 )
+from parametric.place import check_affine, move
 from parametric.surface import Jet, ParametricSurface
 
 
@@ -219,13 +220,20 @@ class BSplineSurface(ParametricSurface):
     def transform(self, matrix: ArrayLike) -> Self:
         """The surface moved by an affine map (4, 4) that acts on column vectors: its control points moved."""
         result = object.__new__(type(self))
-        result._set(points=to_points(move(self.points, matrix), "points", 2), weights=self.weights, knots=self.knots)
+        result._set(
+            points=to_points(move(self.points, check_affine(matrix)), "points", 2),
+            weights=self.weights,
+            knots=self.knots,
+        )
         return result
 
     def replace_point(self, i: int, j: int, point: ArrayLike) -> Self:
         """The surface with control point (i, j) elsewhere; it changes on [u_i, u_(i+p+1)) x [v_j, v_(j+q+1)) only."""
         points = self.points.copy()
         points[i, j] = to_vector(point, "point")
+        return self._moved(points)
+
+    def _moved(self, points: Array) -> Self:
         result = object.__new__(type(self))
         result._set(points=to_points(points, "points", 2), weights=self.weights, knots=self.knots)
         return result
