@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.domain import Ball
-from implicit.polygonizers.samples import Field
+from implicit.evaluate import Field
 from implicit.topology import find_edges, split_vertices
 
 FloatArray = NDArray[np.float64]

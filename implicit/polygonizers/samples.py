@@ -1,25 +1,22 @@
 """Where the numbers come from: samples of bricks, values and gradients at points."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.lattice import Lattice
 
+if TYPE_CHECKING:
+    from implicit.surface import Surface
+
 FloatArray = NDArray[np.float64]
+_LARGEST = 20_000
+"""Coefficients of a polynomial that is worth a dense table."""
+
 BrickArray = NDArray[np.int32]
-
-
-class Field(Protocol):
-    """The numeric side of a surface."""
-
-    def values(self, points: FloatArray) -> FloatArray:
-        """The values of f at points (n, 3), (n,)."""
-
-    def gradients(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The values (n,) and gradients (n, 3) of f."""
 
 
 class Sampler(Protocol):
@@ -66,6 +63,11 @@ class FieldSampler:
         return values, np.ascontiguousarray(gradients.T)
 
 
-def choose_sampler(surface: Any, lattice: Lattice) -> Sampler:
+def choose_sampler(surface: "Surface", lattice: Lattice) -> Sampler:
     """The sampler that knows most about a surface."""
-    return FieldSampler(surface.field, lattice, lattice.all_bricks())
+    field = surface.field
+    if isinstance(field, PolynomialField) and np.prod(field.exponents.max(axis=0, initial=0) + 1) <= _LARGEST:
+        from implicit.polygonizers.horner import PolynomialSampler
+
+        return PolynomialSampler.over(field, lattice)
+    return FieldSampler(field, lattice, lattice.all_bricks())

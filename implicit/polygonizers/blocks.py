@@ -1,0 +1,149 @@
+"""Blocks of bricks that a polynomial surface may meet, by Bernstein coefficients.
+
+On a block the polynomial is a combination of Bernstein polynomials, which are positive and add up to 1, so it lies
+between the least and the largest coefficient. Blocks are halved until they are single bricks; a block is given up when
+all coefficients have one sign by more than rounding can change, in them or in any sample computed on the closed block.
+"""
+
+from functools import cache
+from math import comb
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from implicit.polygonizers.lattice import CELLS, Lattice
+
+FloatArray = NDArray[np.float64]
+MaskArray = NDArray[np.uint8]
+
+_COARSE = 6
+"""The first blocks are at most so many along each axis."""
+
+
+@cache
+def _weights(degree: int) -> FloatArray:
+    """(i, m, s): the share of the products with s upper ends among those of m ends out of i upper, degree - i lower."""
+    n = degree + 1
+    return np.array(
+        [
+            [[comb(i, s) * comb(degree - i, m - s) / comb(degree, m) if s <= m else 0.0 for s in range(n)] for m in range(n)]
+            for i in range(n)
+        ]
+    )
+
+
+def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArray:
+    """Matrices (n, degree + 1, degree + 1) from coefficients of powers to Bernstein coefficients on [lower, upper].
+
+    Row i, column m is the mean of the products of m out of i upper and degree - i lower ends: each is at most
+    max(|lower|, |upper|)^m in size, and so is the rounding.
+    """
+    powers = np.arange(degree + 1)
+    up, low = upper[:, None] ** powers, lower[:, None] ** powers
+    m, s = np.meshgrid(powers, powers, indexing="ij")
+    products = np.where(s <= m, up[:, s] * low[:, np.maximum(m - s, 0)], 0.0)
+    return np.einsum("ims,nms->nim", _weights(degree), products)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, slack: float, mask: Any) -> None:
+    """Set to 0 the entries of `mask` (blocks along x, y, z) where the polynomial keeps one sign.
+
+    tensor (c, a, b) coefficients, sizes their absolute values, mx my mz matrices to Bernstein form for the blocks along
+    each axis, far (3, blocks, powers) powers of the farthest coordinate in each.
+    """
+    nz, nx, ny = tensor.shape
+    one, two, three = np.empty((nz, nx, ny)), np.empty((nz, nx * ny)), np.empty(nx * ny)
+    size_one, size_two = np.empty((nz, ny)), np.empty(nz)
+    for bx in range(mask.shape[0]):
+        if not mask[bx].any():
+            continue
+        for c in range(nz):
+            for b in range(ny):
+                size_one[c, b] = 0.0
+                for e in range(nx):
+                    size_one[c, b] += far[0, bx, e] * sizes[c, e, b]
+            for a in range(nx):
+                one[c, a] = 0.0
+                for e in range(nx):
+                    for b in range(ny):
+                        one[c, a, b] += mx[bx, a, e] * tensor[c, e, b]
+        for by in range(mask.shape[1]):
+            if not mask[bx, by].any():
+                continue
+            for c in range(nz):
+                size_two[c] = 0.0
+                for e in range(ny):
+                    size_two[c] += far[1, by, e] * size_one[c, e]
+                for a in range(nx):
+                    for b in range(ny):
+                        total = 0.0
+                        for e in range(ny):
+                            total += my[by, b, e] * one[c, a, e]
+                        two[c, a * ny + b] = total
+            for bz in range(mask.shape[2]):
+                if mask[bx, by, bz]:
+                    size = 0.0
+                    for e in range(nz):
+                        size += far[2, bz, e] * size_two[e]
+                    mask[bx, by, bz] = _meets(two, mz[bz], size * slack, three)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
+    """Whether the Bernstein coefficients matrix @ two do not all have one sign; the first and the last row first."""
+    nz = len(matrix)
+    least, most = np.inf, -np.inf
+    for turn in range(nz):
+        c = turn - 1 if turn > 1 else (0 if turn == 0 else nz - 1)
+        for q in range(len(three)):
+            three[q] = matrix[c, 0] * two[0, q]
+        for e in range(1, nz):
+            factor = matrix[c, e]
+            for q in range(len(three)):
+                three[q] += factor * two[e, q]
+        for q in range(len(three)):
+            least = min(least, three[q])
+            most = max(most, three[q])
+        if not (least > slack or most < -slack):
+            return True
+    return False
+
+
+def find_bricks(tensor: FloatArray, steps: tuple[int, int, int], lattice: Lattice) -> NDArray[np.int32]:
+    """The bricks (n, 3), in the order of the sweep, where the polynomial may change sign.
+
+    tensor (a, b, c): the coefficients of x^(a steps[0]) y^(b steps[1]) z^(c steps[2]).
+    """
+    turned = np.ascontiguousarray(tensor.transpose(2, 0, 1))
+    sizes = np.abs(turned)
+    degrees = sum(step * (length - 1) for step, length in zip(steps, tensor.shape, strict=True))
+    slack = 16.0 * (degrees + 4) * float(np.finfo(float).eps)
+    level = max(max(lattice.bricks) // _COARSE, 1).bit_length() - 1
+    mask = np.ones(tuple(-(-count // 2**level) for count in lattice.bricks), np.uint8)
+    while True:
+        matrices, far = [], np.zeros((3, max(mask.shape), max(tensor.shape)))
+        for axis in range(3):
+            low, high, reach = _ranges(lattice, axis, 2**level, steps[axis])
+            matrices.append(to_bernstein(low, high, tensor.shape[axis] - 1))
+            far[axis, : len(reach), : tensor.shape[axis]] = reach[:, None] ** np.arange(tensor.shape[axis])
+        _clear_blocks(turned, sizes, *matrices, far, slack, mask)
+        if level == 0:
+            break
+        level -= 1
+        finer = tuple(-(-count // 2**level) for count in lattice.bricks)
+        mask = mask.repeat(2, 0).repeat(2, 1).repeat(2, 2)[: finer[0], : finer[1], : finer[2]].copy()
+    chosen = np.flatnonzero(mask)[::-1]
+    return np.column_stack(np.unravel_index(chosen, mask.shape)).astype(np.int32)
+
+
+def _ranges(lattice: Lattice, axis: int, bricks: int, step: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The ranges of t^step over the blocks along an axis, and the largest |t^step|."""
+    planes = lattice.axes[axis]
+    edges = np.append(planes[: -1 : CELLS * bricks], planes[-1])
+    ends = np.sort(np.stack([edges[:-1] ** step, edges[1:] ** step]), axis=0)
+    if step % 2 == 0:
+        ends[0, (edges[:-1] <= 0) & (edges[1:] >= 0)] = 0.0
+    return ends[0], ends[1], np.abs(ends).max(axis=0)
