@@ -1,0 +1,198 @@
+"""Fast numbers: values, derivatives and guaranteed ranges, from coefficients or from a tape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.kernels.adjoint import differentiate
+from implicit.kernels.horner import evaluate_terms
+from implicit.kernels.values import SIDE, WIDTH, evaluate
+from implicit.second import hessians_of
+from implicit.tape import Tape
+
+Floats: TypeAlias = NDArray[np.float64]
+_CHUNK = 512  # scattered points that a tape handles together
+
+
+class Field(Protocol):
+    """The numeric side of a surface. Points are (n, 3), boxes (K, 2, 3); nothing is checked here."""
+
+    def values(self, points: Floats) -> Floats:
+        """The values (n,)."""
+
+    def gradients(self, points: Floats) -> tuple[Floats, Floats]:
+        """The values (n,) and gradients (n, 3)."""
+
+    def hessians(self, points: Floats) -> Floats:
+        """The second derivatives (n, 3, 3)."""
+
+    def ranges(self, boxes: Floats) -> Floats:
+        """Lower and upper bounds (K, 2) of f on closed boxes, proven for f and for its computed values."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolynomialField:
+    """A polynomial sum of c x^i y^j z^k, with `errors` bounding how far each float c is off."""
+
+    exponents: NDArray[np.int64]
+    coefficients: Floats
+    errors: Floats
+
+    @cached_property
+    def _rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats]:
+        order = np.lexsort(self.exponents.T[::-1])
+        sorted_exponents = self.exponents[order]
+        rows, starts = np.unique(sorted_exponents[:, :2], axis=0, return_index=True)
+        starts = np.append(starts, len(order)).astype(np.int64)
+        return (
+            rows,
+            starts,
+            np.ascontiguousarray(sorted_exponents[:, 2]),
+            np.ascontiguousarray(self.coefficients[order]),
+        )
+
+    def values(self, points: Floats) -> Floats:
+        """The values (n,)."""
+        result = np.empty(len(points))
+        evaluate_terms(*self._rows, _plain(points), result, np.empty((0, 3)))
+        return result
+
+    def gradients(self, points: Floats) -> tuple[Floats, Floats]:
+        """The values (n,) and gradients (n, 3)."""
+        values, gradients = np.empty(len(points)), np.empty((len(points), 3))
+        evaluate_terms(*self._rows, _plain(points), values, gradients)
+        return values, gradients
+
+    def derivative(self, axis: int) -> PolynomialField:
+        """The partial derivative."""
+        keep = self.exponents[:, axis] > 0
+        factor = self.exponents[keep, axis]
+        lowered = self.exponents[keep] - np.eye(3, dtype=np.int64)[axis]
+        off = self.errors[keep] * factor + np.spacing(np.abs(self.coefficients[keep] * factor))
+        return PolynomialField(lowered, self.coefficients[keep] * factor, off)
+
+    def hessians(self, points: Floats) -> Floats:
+        """The second derivatives (n, 3, 3)."""
+        return np.stack([self.derivative(axis).gradients(points)[1] for axis in range(3)], axis=1)
+
+    def ranges(self, boxes: Floats) -> Floats:
+        """Bounds (K, 2) from Bernstein coefficients, rounding included."""
+        from implicit.bernstein import polynomial_ranges
+
+        return polynomial_ranges(self.exponents, self.coefficients, self.errors, boxes)
+
+
+@dataclass(frozen=True, eq=False)
+class TapeField:
+    """An expression as a tape of registers."""
+
+    tape: Tape
+
+    def _chunks(self, points: Floats, gradients: Floats | None) -> Floats:
+        tape, n = self.tape, len(self.tape)
+        registers, scratch = np.empty((n, WIDTH)), np.empty((3, WIDTH))
+        adjoints = np.empty((n if gradients is not None else 0, WIDTH))
+        slopes = np.empty((3, WIDTH))
+        result = np.empty(len(points))
+        data = (tape.arguments, tape.constants)
+        for start in range(0, len(points), _CHUNK):
+            axes = np.ascontiguousarray(points[start : start + _CHUNK].T)
+            k = axes.shape[1]
+            evaluate(tape.code, 0, n, *data, axes, k, SIDE, registers, scratch)
+            result[start : start + k] = registers[n - 1, :k]
+            if gradients is not None:
+                differentiate(tape.code, 0, n, *data, k, registers, adjoints, slopes, scratch)
+                gradients[start : start + k] = slopes[:, :k].T
+        return result
+
+    def values(self, points: Floats) -> Floats:
+        """The values (n,)."""
+        return self._chunks(points, None)
+
+    def gradients(self, points: Floats) -> tuple[Floats, Floats]:
+        """The values (n,) and gradients (n, 3)."""
+        gradients = np.empty((len(points), 3))
+        return self._chunks(points, gradients), gradients
+
+    def hessians(self, points: Floats) -> Floats:
+        """The second derivatives (n, 3, 3)."""
+        return hessians_of(self.tape, points)
+
+    def ranges(self, boxes: Floats) -> Floats:
+        """Bounds (K, 2) by interval arithmetic, rounded outward."""
+        from implicit.interval import tape_ranges
+
+        return tape_ranges(self.tape, boxes)
+
+
+@dataclass(frozen=True)
+class CallableField:
+    """A vectorised function of points (n, 3), known only by its values.
+
+    Without a `gradient` derivatives are central differences. Ranges are finite only with a Lipschitz constant.
+    """
+
+    function: Callable[[Floats], Floats]
+    gradient: Callable[[Floats], Floats] | None = None
+    lipschitz: float | None = None
+
+    def values(self, points: Floats) -> Floats:
+        """The values (n,)."""
+        result = np.asarray(self.function(np.array(points, dtype=float)), dtype=float)
+        if result.shape != (len(points),):
+            raise ValueError(
+                f"the function was given points of shape {np.shape(points)} and should return ({len(points)},), "
+                f"it returned {result.shape}"
+            )
+        return result
+
+    def gradients(self, points: Floats) -> tuple[Floats, Floats]:
+        """The values (n,) and gradients (n, 3)."""
+        values = self.values(points)
+        if self.gradient is None:
+            return values, _differences(self.values, points, np.cbrt(np.finfo(float).eps))
+        slopes = np.asarray(self.gradient(np.array(points, dtype=float)), dtype=float)
+        if slopes.shape != (len(points), 3):
+            raise ValueError(f"the gradient should return shape ({len(points)}, 3), it returned {slopes.shape}")
+        return values, slopes
+
+    def hessians(self, points: Floats) -> Floats:
+        """The second derivatives (n, 3, 3), by differences of gradients."""
+        step = np.finfo(float).eps ** (1 / 3 if self.gradient else 1 / 5)
+        raw = _differences(lambda p: self.gradients(p)[1], points, step)
+        return np.asarray((raw + raw.swapaxes(-1, -2)) / 2)
+
+    def ranges(self, boxes: Floats) -> Floats:
+        """Bounds (K, 2) around the value at the centre, infinite without a Lipschitz constant."""
+        if self.lipschitz is None:
+            return np.tile([-np.inf, np.inf], (len(boxes), 1))
+        centers = boxes.mean(axis=1)
+        radii = np.linalg.norm(np.maximum(boxes[:, 1] - centers, centers - boxes[:, 0]), axis=1)
+        values = self.values(centers)
+        reach = self.lipschitz * radii * (1 + 1e-12) + 1e-12 * np.abs(values)
+        bounds = np.stack([values - reach, values + reach], axis=1)
+        return np.where(np.isfinite(bounds), bounds, [-np.inf, np.inf])
+
+
+def _differences(function: Callable[[Floats], Floats], points: Floats, relative: float) -> Floats:
+    """Central differences along x, y, z, stacked last."""
+    scale = np.maximum(1.0, np.abs(points).max(axis=-1, initial=0.0)) * relative
+    columns = []
+    for axis in range(3):
+        step = np.zeros((len(points), 3))
+        step[:, axis] = scale
+        high, low = points + step, points - step
+        width = high[:, axis] - low[:, axis]
+        change = function(high) - function(low)
+        columns.append(change / width.reshape(-1, *[1] * (change.ndim - 1)))
+    return np.stack(columns, axis=-1)
+
+
+def _plain(points: Floats) -> Floats:
+    return np.ascontiguousarray(points, dtype=float)

@@ -1,0 +1,23 @@
+"""Which numeric side suits an expression."""
+
+import numpy as np
+import sympy
+
+from implicit.evaluate import Field, PolynomialField, TapeField
+from implicit.expand import Expansion
+from implicit.polynomial import Polynomial, expansion_terms
+from implicit.tape import make_tape
+
+_MOST_COEFFICIENTS = 4096  # of a polynomial written as a full table
+
+
+def make_field(expression: sympy.Expr, expansion: Expansion | None, polynomial: Polynomial | None) -> Field:
+    """Coefficients for polynomials of moderate degree, a tape for everything else.
+
+    A polynomial of high degree loses digits when it is multiplied out; its tape computes it as it was written.
+    """
+    if expansion is not None and np.prod([d + 1 for d in expansion.flint.degrees()[:3]]) <= _MOST_COEFFICIENTS:
+        if polynomial is not None:
+            return PolynomialField(polynomial.exponents, polynomial.coefficients, polynomial.coefficient_errors)
+        return PolynomialField(*expansion_terms(expansion))
+    return TapeField(make_tape(expression))

@@ -1,0 +1,124 @@
+"""Gradients of a tape at scattered points, by running it backwards."""
+
+import math
+
+from numba import njit
+
+from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, sine
+from implicit.tape import ABS, ADD, ATAN, CONST, COS, DIV, EXP, LOG, MUL, NEG, POW, SIN, SQR, SQRT, SUB
+
+
+@njit(**OPTIONS)
+def differentiate(
+    code: Rows,
+    start: int,
+    count: int,
+    arguments: Indices,
+    constants: Floats,
+    points: int,
+    registers: Floats,
+    adjoints: Floats,
+    gradients: Floats,
+    scratch: Floats,
+) -> None:
+    """Find the gradients (3, points) of the tape whose `registers` hold its values at the points.
+
+    One-sided where f has a kink: of equal operands of min and max the first counts, abs is differentiated as at a
+    positive argument, sqrt at 0 has derivative 0. adjoints (>= count, >= points), scratch (3, >= points).
+    """
+    n = points
+    for q in range(count - 1):
+        adjoints[q, :n] = 0.0
+    adjoints[count - 1, :n] = 1.0
+    gradients[:, :n] = 0.0
+    for q in range(count - 1, -1, -1):
+        operation = code[start + q, 0]
+        a = code[start + q, 1]
+        b = code[start + q, 2]
+        g = adjoints[q, :n]
+        value = registers[q, :n]
+        if operation < CONST:
+            total = gradients[operation, :n]
+            for k in range(n):
+                total[k] += g[k]
+        elif operation == CONST:
+            continue
+        elif operation <= DIV:
+            _binary(operation, g, value, registers[a], registers[b], adjoints[a], adjoints[b])
+        elif operation <= POW:
+            exponent = constants[b, 0] if operation == POW else 0.0
+            _unary(operation, g, value, registers[a], adjoints[a], exponent, scratch[2])
+        else:
+            free = scratch[0, :n]
+            free[:] = g
+            for t in range(b):
+                branch = registers[arguments[a + t], :n]
+                target = adjoints[arguments[a + t], :n]
+                for k in range(n):
+                    taken = branch[k] == value[k]
+                    target[k] += free[k] if taken else 0.0
+                    free[k] = 0.0 if taken else free[k]
+
+
+@njit(**OPTIONS)
+def _binary(operation: int, g: Floats, value: Floats, a: Floats, b: Floats, to_a: Floats, to_b: Floats) -> None:
+    n = g.shape[0]
+    a, b, to_a, to_b = a[:n], b[:n], to_a[:n], to_b[:n]
+    if operation == ADD:
+        for k in range(n):
+            to_a[k] += g[k]
+        for k in range(n):
+            to_b[k] += g[k]
+    elif operation == SUB:
+        for k in range(n):
+            to_a[k] += g[k]
+        for k in range(n):
+            to_b[k] -= g[k]
+    elif operation == MUL:
+        for k in range(n):
+            to_a[k] += g[k] * b[k]
+        for k in range(n):
+            to_b[k] += g[k] * a[k]
+    else:
+        for k in range(n):
+            part = g[k] / b[k] if g[k] != 0.0 else 0.0
+            to_a[k] += part
+        for k in range(n):
+            part = g[k] / b[k] * value[k] if g[k] != 0.0 else 0.0
+            to_b[k] -= part
+
+
+@njit(**OPTIONS)
+def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, exponent: float, scratch: Floats) -> None:
+    n = g.shape[0]
+    a, to_a, factor = a[:n], to_a[:n], scratch[:n]
+    if operation == NEG:
+        factor[:] = -1.0
+    elif operation == ABS:
+        for k in range(n):
+            factor[k] = 1.0 if a[k] >= 0.0 else -1.0
+    elif operation == SQR:
+        for k in range(n):
+            factor[k] = 2.0 * a[k]
+    elif operation == SQRT:
+        for k in range(n):
+            factor[k] = 0.5 / value[k] if value[k] != 0.0 else 0.0
+    elif operation == EXP:
+        factor[:] = value
+    elif operation == LOG:
+        for k in range(n):
+            factor[k] = 1.0 / a[k]
+    elif operation == SIN:
+        sine(factor, a, 0.5)
+    elif operation == COS:
+        sine(factor, a, 0.0)
+        for k in range(n):
+            factor[k] = -factor[k]
+    elif operation == ATAN:
+        for k in range(n):
+            factor[k] = 1.0 / (1.0 + a[k] * a[k])
+    else:
+        for k in range(n):
+            factor[k] = exponent * math.pow(a[k], exponent - 1.0)
+    for k in range(n):
+        to_a[k] += g[k] * factor[k] if g[k] != 0.0 else 0.0

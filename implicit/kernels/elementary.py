@@ -1,0 +1,147 @@
+"""sin, cos and exp of arrays, in loops that vectorise, and one loop per operation of a tape.
+
+Measured errors against 50 digits: sin and cos 3e-16 absolute, exp 2e-15 relative; interval.py allows far more.
+"""
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from implicit.tape import ABS, ADD, ATAN, COS, DIV, EXP, LOG, MIN, MUL, NEG, SIN, SQR, SQRT, SUB
+
+Floats: TypeAlias = NDArray[np.float64]
+Rows: TypeAlias = NDArray[np.int32]
+Indices: TypeAlias = NDArray[np.int32]
+Longs: TypeAlias = NDArray[np.int64]
+
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above
+SIN_MOST = 1e5  # beyond, the library's sine
+_ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to the nearest whole number
+
+
+@njit(**OPTIONS)
+def sine(out: Floats, a: Floats, shift: float) -> None:
+    """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
+    largest = 0.0
+    for k in range(out.shape[0]):
+        v = a[k]
+        largest = max(largest, abs(v))
+        q = ((v * 0.3183098861837907 + shift) + _ROUND) - _ROUND
+        n = q - shift
+        r = ((v - n * 3.1415926218032837) - n * 3.178650942459171e-08) - n * 1.2246467864107189e-16
+        s = r * r
+        p = -8.220635246624329e-18 + s * 1.9572941063391263e-20
+        p = 2.8114572543455206e-15 + s * p
+        p = -7.647163731819816e-13 + s * p
+        p = 1.6059043836821613e-10 + s * p
+        p = -2.505210838544172e-08 + s * p
+        p = 2.7557319223985893e-06 + s * p
+        p = -0.0001984126984126984 + s * p
+        p = 0.008333333333333333 + s * p
+        p = r + r * s * (-0.16666666666666666 + s * p)
+        half = q * 0.5
+        odd = q - 2.0 * ((half + _ROUND) - _ROUND)
+        out[k] = p * (1.0 - 2.0 * abs(odd))
+    if largest > SIN_MOST:
+        for k in range(out.shape[0]):
+            if abs(a[k]) > SIN_MOST:
+                out[k] = math.sin(a[k]) if shift == 0.0 else math.cos(a[k])
+
+
+@njit(**OPTIONS)
+def exponential(out: Floats, a: Floats, scratch: Floats) -> None:
+    """Store exp(a): a = q log 2 + r, the powers of two set through the bits of a float."""
+    n = out.shape[0]
+    powers = scratch[:n]
+    bits = powers.view(np.int64)
+    for k in range(n):
+        v = min(max(a[k], EXP_LEAST), EXP_MOST)
+        shifted = v * 1.4426950408889634 + _ROUND
+        q = shifted - _ROUND
+        r = (v - q * 0.6931471803691238) - q * 1.9082149292705877e-10
+        p = 1.0 / 479001600.0 + r / 6227020800.0
+        p = 1.0 / 39916800.0 + r * p
+        p = 1.0 / 3628800.0 + r * p
+        p = 1.0 / 362880.0 + r * p
+        p = 1.0 / 40320.0 + r * p
+        p = 1.0 / 5040.0 + r * p
+        p = 1.0 / 720.0 + r * p
+        p = 1.0 / 120.0 + r * p
+        p = 1.0 / 24.0 + r * p
+        p = 1.0 / 6.0 + r * p
+        p = 0.5 + r * p
+        out[k] = 1.0 + r * (1.0 + r * p)
+        powers[k] = shifted
+    for k in range(n):
+        bits[k] = (bits[k] + 1023) << 52
+    for k in range(n):
+        v = out[k] * powers[k]
+        v = 0.0 if a[k] < EXP_LEAST else v
+        v = np.inf if a[k] > EXP_MOST else v
+        out[k] = v if a[k] == a[k] else np.nan
+
+
+@njit(**OPTIONS)
+def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
+    """One operation on two arrays; MIN and MAX keep a when both are equal, and a NaN in either."""
+    n = out.shape[0]
+    a, b = a[:n], b[:n]
+    if operation == ADD:
+        for k in range(n):
+            out[k] = a[k] + b[k]
+    elif operation == SUB:
+        for k in range(n):
+            out[k] = a[k] - b[k]
+    elif operation == MUL:
+        for k in range(n):
+            out[k] = a[k] * b[k]
+    elif operation == DIV:
+        for k in range(n):
+            out[k] = a[k] / b[k]
+    else:
+        sign = 1.0 if operation == MIN else -1.0
+        for k in range(n):
+            out[k] = b[k] if (sign * b[k] < sign * a[k]) or (b[k] != b[k]) else a[k]
+
+
+@njit(**OPTIONS)
+def unary(operation: int, out: Floats, a: Floats, scratch: Floats) -> None:
+    """One operation on one array; NaN where it is no real number."""
+    n = out.shape[0]
+    a = a[:n]
+    if operation == NEG:
+        for k in range(n):
+            out[k] = -a[k]
+    elif operation == ABS:
+        for k in range(n):
+            out[k] = abs(a[k])
+    elif operation == SQR:
+        for k in range(n):
+            out[k] = a[k] * a[k]
+    elif operation == SQRT:
+        for k in range(n):
+            out[k] = math.sqrt(a[k])
+    elif operation == EXP:
+        exponential(out, a, scratch)
+    elif operation == LOG:
+        for k in range(n):
+            out[k] = math.log(a[k])
+    elif operation == ATAN:
+        for k in range(n):
+            out[k] = math.atan(a[k])
+    elif operation == SIN:
+        sine(out, a, 0.0)
+    elif operation == COS:
+        sine(out, a, 0.5)
+
+
+@njit(**OPTIONS)
+def power(out: Floats, a: Floats, exponent: float) -> None:
+    """Store a^exponent, NaN for negative a."""
+    for k in range(out.shape[0]):
+        out[k] = math.pow(a[k], exponent)
