@@ -1,0 +1,236 @@
+"""Boxes that may hold critical points of f on f = 0, by subdivision with errors bounded at every step.
+
+A box is four integers: level, i, j, k. Axis a has been halved m = (level + 2 - a) // 3 times, and the box reaches
+over [-1, 1] from -1 + 2 i / 2^m to -1 + 2 (i + 1) / 2^m:
+
+    level 0: the whole   level 1: halves in x   level 2: quarters in x, y   level 3: octants ...
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from implicit.singular.restrict import restrict
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+UNIT = 2.0**-53
+
+
+@njit(cache=True)
+def place(box: Ints, lower: Floats, width: Floats) -> None:
+    """Lower corner and widths of a box, both exact."""
+    for a in range(3):
+        width[a] = 2.0 / 2.0 ** ((box[0] + 2 - a) // 3)
+        lower[a] = -1.0 + width[a] * box[1 + a]
+
+
+@njit(cache=True)
+def spread(b: Floats, shape: Ints, first: int, second: int) -> tuple[float, float]:
+    """Least and greatest difference of coefficients along the axes first and second (-1: none), times degrees."""
+    end = shape.copy()
+    stride = np.array([shape[1] * shape[2], shape[2], 1])
+    factor, s, t = 1.0, 0, 0
+    if first >= 0:
+        factor *= shape[first] - 1
+        end[first] -= 1
+        s = stride[first]
+    if second >= 0:
+        factor *= end[second] - 1
+        end[second] -= 1
+        t = stride[second]
+    if factor <= 0:
+        return 0.0, 0.0
+    least, greatest = np.inf, -np.inf
+    for i in range(end[0]):
+        for j in range(end[1]):
+            o = i * stride[0] + j * stride[1]
+            for k in range(o, o + end[2]):
+                v = b[k]
+                if s:
+                    v = b[k + s] - v
+                if t:
+                    v = (b[k + s + t] - b[k + t]) - v
+                least = min(least, v)
+                greatest = max(greatest, v)
+    return factor * least, factor * greatest
+
+
+@njit(cache=True)
+def slope(b: Floats, shape: Ints, axis: int) -> float:
+    """The derivative along an axis at the centre of the unit box."""
+    stride = np.array([shape[1] * shape[2], shape[2], 1])
+    end = shape.copy()
+    end[axis] -= 1
+    if end[axis] == 0:
+        return 0.0
+    total, wi = 0.0, 0.5 ** (end[0] - 1)
+    for i in range(end[0]):
+        wj = wi * 0.5 ** (end[1] - 1)
+        for j in range(end[1]):
+            wk = wj * 0.5 ** (end[2] - 1)
+            for k in range(end[2]):
+                o = i * stride[0] + j * stride[1] + k
+                total += wk * (b[o + stride[axis]] - b[o])
+                wk *= (end[2] - 1 - k) / (k + 1.0)
+            wj *= (end[1] - 1 - j) / (j + 1.0)
+        wi *= (end[0] - 1 - i) / (i + 1.0)
+    return total * end[axis]
+
+
+@njit(cache=True)
+def invert(m: Floats, out: Floats) -> bool:
+    """The inverse of a 3x3 matrix by cofactors; False where it is singular to working precision."""
+    for r in range(3):
+        p, q = (r + 1) % 3, (r + 2) % 3
+        for c in range(3):
+            s, t = (c + 1) % 3, (c + 2) % 3
+            out[c, r] = m[p, s] * m[q, t] - m[p, t] * m[q, s]
+    d = m[0, 0] * out[0, 0] + m[0, 1] * out[1, 0] + m[0, 2] * out[2, 0]
+    if abs(d) < 1e-280:
+        return False
+    for r in range(3):
+        for c in range(3):
+            out[r, c] /= d
+    return True
+
+
+@njit(cache=True)
+def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
+    """Krawczyk's test of grad f on the unit box: 1 exactly one zero (near root), -1 none, 0 unknown.
+
+    x -> x - Y grad f(x) maps the box into centre - Y g + (I - Y H) (box - centre), with H the range of the Hessian.
+    """
+    middle, radius, y = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    largest = 0.0
+    for v in b:
+        largest = max(largest, abs(v))
+    error = error + 4 * UNIT * largest
+    for r in range(3):
+        for c in range(r, 3):
+            least, greatest = spread(b, shape, r, c)
+            middle[r, c] = middle[c, r] = 0.5 * (least + greatest)
+            pad = 4.0 * error * (shape[r] - 1) * (shape[c] - 1)
+            radius[r, c] = radius[c, r] = (0.5 * (greatest - least) + pad) * (1 + 8 * UNIT)
+    if not invert(middle, y):
+        return 0
+    g, ge = np.empty(3), np.empty(3)
+    for r in range(3):
+        g[r] = slope(b, shape, r)
+        ge[r] = 2.0 * (error + (b.size + 40) * UNIT * largest) * (shape[r] - 1)
+    inside = True
+    for r in range(3):
+        reach, step, slack = 0.0, 0.0, 0.0
+        for c in range(3):
+            e, s = 0.0, 0.0
+            for k in range(3):
+                e += y[r, k] * middle[k, c]
+                s += abs(y[r, k]) * (radius[k, c] + 8 * UNIT * abs(middle[k, c]))
+            reach += abs((1.0 if r == c else 0.0) - e) + s
+            step -= y[r, c] * g[c]
+            slack += abs(y[r, c]) * (ge[c] + 8 * UNIT * abs(g[c]))
+        reach = 0.5 * reach * (1 + 1e-12) + slack * (1 + 1e-12)
+        root[r] = 0.5 + step
+        if abs(step) - reach > 0.5:
+            return -1
+        if abs(step) + reach >= 0.5:
+            inside = False
+    return 1 if inside else 0
+
+
+@njit(cache=True)
+def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> None:
+    """De Casteljau at the middle along one axis: the Bernstein coefficients of both halves."""
+    n = shape[axis] - 1
+    stride = shape[1] * shape[2] if axis == 0 else (shape[2] if axis == 1 else 1)
+    block = stride * (n + 1)
+    right[:] = b
+    for start in range(0, b.size, block):
+        for line in range(start, start + stride):
+            left[line] = right[line]
+            for k in range(1, n + 1):
+                for o in range(line, line + (n - k + 1) * stride, stride):
+                    right[o] = 0.5 * (right[o] + right[o + stride])
+                left[line + k * stride] = right[line]
+            # right now holds b0^n, b1^(n-1), ..., bn: the right half, in order
+    return
+
+
+@njit(cache=True)
+def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
+    """Whether the box lies wholly where some cut a x + b y + c z + d is negative."""
+    for c in cuts:
+        top = c[3]
+        for a in range(3):
+            top += max(c[a] * lower[a], c[a] * (lower[a] + width[a]))
+        if top < 0.0:
+            return True
+    return False
+
+
+@njit(cache=True)
+def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floats) -> int:
+    """What a box with Bernstein coefficients b holds: -1 nothing, 1 exactly one critical point, 0 unknown."""
+    least, greatest = spread(b, shape, -1, -1)
+    if least > error or greatest < -error:
+        return -1
+    largest = max(-least, greatest)
+    for a in range(3):
+        least, greatest = spread(b, shape, a, -1)
+        pad = (2 * error + 4 * UNIT * largest) * (shape[a] - 1)
+        if least > pad or greatest < -pad:
+            return -1
+    return contract(b, error, shape, root) if precondition else 0
+
+
+@njit(cache=True)
+def search(
+    high: Floats, low: Floats, cuts: Floats, starts: Ints, depth: int, budget: int
+) -> tuple[Ints, Floats, Ints, Ints, int]:
+    """Search the boxes `starts` down to level `depth`, visiting at most `budget` boxes.
+
+    Returns boxes with exactly one critical point, an estimate of each (in [-1, 1]^3), boxes left at the last level
+    or at the limit of precision, boxes not yet visited, and how many were visited. Everything else is proved empty.
+    """
+    shape = np.array(high.shape)
+    stack, errors, boxes = np.empty((depth + 2, high.size)), np.empty(depth + 2), np.empty((depth + 2, 4), np.int64)
+    lower, width, root = np.empty(3), np.empty(3), np.empty(3)
+    found, left, roots = np.empty((budget, 4), np.int64), np.empty((budget, 4), np.int64), np.empty((budget, 3))
+    n_found, n_left, visited, todo, top = 0, 0, 0, 0, 0
+    while visited < budget and (top > 0 or todo < len(starts)):
+        if top == 0:
+            boxes[0] = starts[todo]
+            errors[0] = np.inf
+            todo += 1
+            top = 1
+        top -= 1
+        visited += 1
+        b, box, error = stack[top], boxes[top], errors[top]
+        place(box, lower, width)
+        if cut_off(lower, width, cuts):
+            continue
+        largest = np.inf if error == np.inf else np.max(np.abs(b))
+        if error == np.inf or error > 1e-7 * largest:
+            error = restrict(high, low, lower, width, b)
+            largest = np.max(np.abs(b))
+        verdict = examine(b, error, shape, box[0] >= 3, root)
+        if verdict > 0:
+            found[n_found] = box
+            roots[n_found] = lower + width * root
+            n_found += 1
+        elif verdict == 0 and (box[0] >= depth or error > 1e-2 * largest):
+            left[n_left] = box
+            n_left += 1
+        elif verdict == 0:
+            # the upper half takes this place, the lower half the next
+            axis = box[0] % 3
+            errors[top] = errors[top + 1] = error + (shape[axis] + 1) * UNIT * largest
+            halve(b.copy(), shape, axis, stack[top + 1], b)
+            box[0] += 1
+            box[1 + axis] *= 2
+            boxes[top + 1] = box
+            box[1 + axis] += 1
+            top += 2
+    rest = np.concatenate((boxes[:top], starts[todo:]))
+    return found[:n_found].copy(), roots[:n_found].copy(), left[:n_left].copy(), rest, visited

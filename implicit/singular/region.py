@@ -1,0 +1,80 @@
+"""The search of one region: boxes in the coordinates of the surface, time limits, regions folded by symmetries."""
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.singular.form import Form
+from implicit.singular.isolate import search
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# The searched box is larger than asked for by odd fractions, so that points of symmetric surfaces, which lie on
+# planes of symmetry, do not lie on the faces of boxes.
+_MARGINS = np.array([[0.0123, 0.0171, 0.0149], [0.0181, 0.0137, 0.0119]])
+WHOLE = np.zeros((1, 4), np.int64)
+
+
+class Deadline:
+    """When to stop."""
+
+    def __init__(self, seconds: float | None) -> None:
+        self.end = np.inf if seconds is None else time.monotonic() + seconds
+
+    @property
+    def passed(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() >= self.end
+
+    @property
+    def remaining(self) -> float:
+        """Seconds left; infinite without a limit."""
+        return float(self.end - time.monotonic())
+
+
+@dataclass
+class Region:
+    """The boxes of one polynomial over an enlarged box [lower, upper]; `cuts` (n, 4) are half-spaces to stay in."""
+
+    form: Form
+    asked: Floats  # (2, 3)
+    cuts: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+
+    def __post_init__(self) -> None:
+        size = self.asked[1] - self.asked[0]
+        self.lower = self.asked[0] - size * _MARGINS[0]
+        self.upper = self.asked[1] + size * _MARGINS[1]
+        self.middle, self.half = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
+        self.high, self.low = self.form.in_box(self.lower, self.upper)
+        planes = self.cuts[:, :3] * self.half
+        self.planes = np.column_stack([planes, self.cuts[:, 3] + self.cuts[:, :3] @ self.middle])
+
+    def corners(self, boxes: Ints) -> Floats:
+        """Lower and upper corners (K, 2, 3) of boxes, widened by rounding."""
+        halvings = (boxes[:, :1] + 2 - np.arange(3)) // 3
+        width = 2.0 / 2.0**halvings
+        low = -1.0 + width * boxes[:, 1:]
+        out = np.stack([low, low + width], axis=1) * self.half + self.middle
+        pad = 4e-16 * (np.abs(self.middle) + self.half)
+        return out + np.stack([-pad, pad])
+
+    def width(self, box: Ints) -> float:
+        """The shortest side of a box."""
+        return float((self.half * 2 / 2.0 ** ((box[0] + 2 - np.arange(3)) // 3)).min())
+
+    def search(self, starts: Ints, depth: int, deadline: Deadline) -> tuple[Ints, Floats, Ints, Ints]:
+        """Boxes with one critical point, estimates of these points, boxes left at `depth`, boxes there was no time for."""
+        budget = max(300, 20_000_000 // self.high.size)
+        found, roots, left = [], [], []
+        rest = starts
+        while len(rest) and not deadline.passed:
+            f, r, l, rest, _ = search(self.high, self.low, self.planes, rest, depth, budget)
+            found.append(f)
+            roots.append(r)
+            left.append(l)
+        empty = np.zeros((0, 4), np.int64)
+        estimates = np.concatenate([np.zeros((0, 3)), *roots]) * self.half + self.middle
+        return np.concatenate([empty, *found]), estimates, np.concatenate([empty, *left]), rest
