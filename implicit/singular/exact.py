@@ -1,4 +1,4 @@
-"""Points with exact coordinates: polynomials in one algebraic number theta, proposed by lattices, proved by substitution."""
+"""Points with exact coordinates, polynomials in one algebraic number: proposed by lattices, proved by substitution."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -124,7 +124,7 @@ def polish(jet: Jet, start: NDArray[np.float64], size: float) -> CriticalPoint |
         p = tuple(arb(float(v)) for v in start)
         try:
             for _ in range(12):
-                step = _step(jet, p, bits)  # type: ignore[arg-type]
+                step = _step(jet, p, bits)
                 p = tuple((p[a] - step[a, 0]).mid() for a in range(3))
                 moved = float(_largest([step[a, 0] for a in range(3)]).upper())
                 if moved < 2.0**-150 * (1 + float(np.abs(start).max())):
@@ -133,7 +133,7 @@ def polish(jet: Jet, start: NDArray[np.float64], size: float) -> CriticalPoint |
                 return None
         except ZeroDivisionError:
             return None
-        return _enclose(jet, p, size, bits)  # type: ignore[arg-type]
+        return _enclose(jet, p, size, bits)
 
 
 def _enclose(jet: Jet, p: Point, size: float, bits: int) -> CriticalPoint | None:
@@ -147,7 +147,7 @@ def _enclose(jet: Jet, p: Point, size: float, bits: int) -> CriticalPoint | None
     for shrink in range(8):
         radius = size * 2.0 ** (-2 - 4 * shrink)
         cube = tuple(c + arb(0, radius) for c in p)
-        rest = inverse * jet.hessian(cube, bits)  # type: ignore[arg-type]
+        rest = inverse * jet.hessian(cube, bits)
         rows = [sum((abs((1 if r == c else 0) - rest[r, c]) for c in range(3)), arb(0)) for r in range(3)]
         worst = float(_largest(rows).abs_upper())
         if worst < 0.5 and float(shift.upper()) + worst * radius < radius:
@@ -189,7 +189,7 @@ def value_at(jet: Jet, point: CriticalPoint, bits: int) -> arb:
     with precision(bits):
         value = jet.value(point.center, bits)
         cube = tuple(c + arb(0, point.radius) for c in point.center)
-        bend = jet.hessian(cube, FIRST_BITS)  # type: ignore[arg-type]
+        bend = jet.hessian(cube, FIRST_BITS)
         e = point.error
         bound = sum((abs(bend[r, c]) for r in range(3) for c in range(3)), arb(0))
         return value + (bound * e * e).upper() * arb(0, 1)

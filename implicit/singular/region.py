@@ -66,15 +66,15 @@ class Region:
         return float((self.half * 2 / 2.0 ** ((box[0] + 2 - np.arange(3)) // 3)).min())
 
     def search(self, starts: Ints, depth: int, deadline: Deadline) -> tuple[Ints, Floats, Ints, Ints]:
-        """Boxes with one critical point, estimates of these points, boxes left at `depth`, boxes there was no time for."""
+        """Boxes with one critical point, estimates of it, boxes left at `depth`, boxes there was no time for."""
         budget = max(300, 20_000_000 // self.high.size)
         found, roots, left = [], [], []
         rest = starts
         while len(rest) and not deadline.passed:
-            f, r, l, rest, _ = search(self.high, self.low, self.planes, rest, depth, budget)
+            f, r, kept, rest, _ = search(self.high, self.low, self.planes, rest, depth, budget)
             found.append(f)
             roots.append(r)
-            left.append(l)
+            left.append(kept)
         empty = np.zeros((0, 4), np.int64)
         estimates = np.concatenate([np.zeros((0, 3)), *roots]) * self.half + self.middle
         return np.concatenate([empty, *found]), estimates, np.concatenate([empty, *left]), rest

@@ -65,7 +65,7 @@ def symmetries(form: Form, box: NDArray[np.float64]) -> list[Symmetry]:
 
 
 def fundamental_cuts(group: Iterable[Symmetry], size: float) -> NDArray[np.float64]:
-    """Half-spaces (n, 4) around one part that the group spreads over all of space: the points nearest to one of an orbit."""
+    """Half-spaces (n, 4) around a part of space that the group spreads over all of it: a Dirichlet cell."""
     rows = []
     for g in group:
         normal = _GENERIC - g.matrix() @ _GENERIC
