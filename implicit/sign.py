@@ -1,0 +1,169 @@
+"""Certified signs of f: floats with a proven bound on the error, and exact arithmetic where they cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TypeAlias
+
+import flint
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.errors import SignAmbiguousError
+from implicit.evaluate import PolynomialField
+from implicit.exact import Exact, ExactValues
+from implicit.expand import ring
+from implicit.kernels.filter import UNSURE, tape_signs
+from implicit.polynomial import Polynomial
+from implicit.surface import Surface
+from implicit.tape import Tape, make_tape
+
+Floats: TypeAlias = NDArray[np.float64]
+Signs: TypeAlias = NDArray[np.int8]
+
+BLOCK = 512
+_LONG_TAPE = 2  # a tape this many times longer than the list of terms is not used
+_UNIT = 1.2e-16  # above 2^-53
+_TINY = 1e-300  # above all errors of underflow together
+
+
+@dataclass(frozen=True, eq=False)
+class Sign:
+    """The sign of f for one surface."""
+
+    surface: Surface
+
+    @cached_property
+    def _tape(self) -> Tape:
+        return make_tape(self.surface.expression)
+
+    @cached_property
+    def _exact(self) -> ExactValues:
+        return ExactValues(self.surface.expression)
+
+    @cached_property
+    def _terms(self) -> PolynomialField | None:
+        """The multiplied-out polynomial, where that is quicker than the formula as it was written."""
+        field = self.surface.field
+        if not isinstance(field, PolynomialField) or len(field.coefficients) < 40:
+            return None
+        return field if len(self._tape) > _LONG_TAPE * len(field.coefficients) else None
+
+    @property
+    def exact(self) -> bool:
+        """Whether every sign can be decided: f is rational arithmetic, or a polynomial over a number field."""
+        return self._exact.rational or self.surface.polynomial is not None
+
+    def signs(self, points: Floats) -> Signs:
+        """-1, 0 or 1 at points (n, 3); UNSURE where no proof was found, never for polynomials."""
+        out = self._filter(points, BLOCK)
+        for i in np.flatnonzero(out == UNSURE):
+            x, y, z = (Fraction(float(c)) for c in points[i])
+            out[i] = self.exactly((x, y, z))
+        return out
+
+    def exactly(self, point: Exact) -> int:
+        """-1, 0, 1 or UNSURE at a rational point."""
+        polynomial = self.surface.polynomial
+        if polynomial is not None and polynomial.field is None and self._terms is not None:
+            return _polynomial_sign(polynomial, point)
+        sign = self._exact.sign(point)
+        if sign is None and polynomial is not None and _is_zero(polynomial, point):
+            return 0
+        return UNSURE if sign is None else sign
+
+    def _filter(self, points: Floats, block: int) -> Signs:
+        """Proven signs; blocks of points share an error bound, then each point that is left gets its own."""
+        out = self._floats(points, block)
+        if block > 1 and len(left := np.flatnonzero(out == UNSURE)):
+            out[left] = self._floats(np.ascontiguousarray(points[left]), 1)
+        return out
+
+    def _floats(self, points: Floats, block: int) -> Signs:
+        if self._terms is not None:
+            return _term_signs(self._terms, points, block)
+        out = np.empty(len(points), dtype=np.int8)
+        tape = self._tape
+        registers = np.empty((len(tape) + 6, block + 16))
+        tape_signs(tape.code, tape.arguments, tape.constants, points, block, registers, out)
+        return out
+
+
+def _term_signs(field: PolynomialField, points: Floats, block: int) -> Signs:
+    """Signs by Horner lines. The error is at most gamma times the sum of the absolute values of all terms.
+
+    That sum grows with |x|, |y|, |z|, so it is computed once per block, where each of them is largest.
+    """
+    values = field.values(points)
+    starts = np.arange(0, len(points), block)
+    corners = np.maximum.reduceat(abs(points), starts, axis=0) if len(points) else np.empty((0, 3))
+    degree, terms = int(field.exponents.sum(axis=1).max()), len(field.coefficients)
+    gamma = (degree + terms + 4) * _UNIT
+    magnitude = PolynomialField(field.exponents, abs(field.coefficients) * gamma + field.errors, field.errors)
+    bounds = np.repeat(magnitude.values(corners) * (1 + gamma) + _TINY, block)[: len(points)]
+    with np.errstate(invalid="ignore"):
+        return np.where(values > bounds, 1, np.where(values < -bounds, -1, UNSURE)).astype(np.int8)
+
+
+def _polynomial_sign(polynomial: Polynomial, point: Exact) -> int:
+    value = polynomial.flint(*(flint.fmpq(c.numerator, c.denominator) for c in point))
+    return int(value > 0) - int(value < 0)
+
+
+def _is_zero(polynomial: Polynomial, point: Exact) -> bool:
+    """Whether a polynomial over a number field vanishes at a point: all its coordinates there do."""
+    extra = 0 if polynomial.field is None else 1
+    context = ring(extra)
+    images = [context.constant(flint.fmpq(c.numerator, c.denominator)) for c in point]
+    value = polynomial.flint.compose(*images, *context.gens()[3:], ctx=context)
+    return bool(value.is_zero())
+
+
+def check_multiplicity(surface: Surface) -> None:
+    """Raise SignAmbiguousError if f has a factor of even multiplicity, across which it does not change its sign."""
+    polynomial = surface.polynomial
+    if polynomial is None or polynomial.degree < 2 or _is_square_free(polynomial):
+        return
+    even = [factor for factor, multiplicity in polynomial.factors() if multiplicity % 2 == 0]
+    if even:
+        listed = ", ".join(str(factor.to_sympy()) for factor in even)
+        raise SignAmbiguousError(
+            f"f has the factor {listed} with even multiplicity and does not change its sign there: inside and outside "
+            f"are not told apart; take the square-free part, Surface({str(polynomial.square_free.to_sympy())!r})"
+        )
+
+
+def _is_square_free(polynomial: Polynomial) -> bool:
+    """Whether f restricted to one line is square-free modulo one prime, at full degree, which proves it for f."""
+    if polynomial.field is not None:
+        return False
+    p = (1 << 61) - 1
+    random = np.random.default_rng(11)
+    for _ in range(3):
+        start, slope = (random.integers(1, p, 3).tolist() for _ in range(2))
+        axes = [flint.nmod_poly([a, b], p) for a, b in zip(start, slope, strict=True)]
+        try:
+            restricted = _restrict(polynomial, axes, p)
+        except ZeroDivisionError:
+            return False
+        if restricted.degree() == polynomial.degree:
+            return bool(restricted.gcd(restricted.derivative()).degree() == 0)
+    return False
+
+
+def _restrict(polynomial: Polynomial, axes: list[flint.nmod_poly], p: int) -> flint.nmod_poly:
+    powers = []
+    for axis, degree in zip(axes, polynomial.degrees, strict=True):
+        row = [flint.nmod_poly([1], p)]
+        for _ in range(degree):
+            row.append(row[-1] * axis)
+        powers.append(row)
+    total = flint.nmod_poly([0], p)
+    for (i, j, k), c in polynomial.flint.to_dict().items():
+        if int(c.q) % p == 0:
+            raise ZeroDivisionError
+        factor = int(c.p) * pow(int(c.q), -1, p) % p
+        total += powers[0][int(i)] * powers[1][int(j)] * powers[2][int(k)] * factor
+    return total
