@@ -18,14 +18,17 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
 if TYPE_CHECKING:
     from parametric.analysis import area, fundamental_forms
     from parametric.bspline import BezierCurve, BSplineCurve, HermiteCurve, ParabolicBlend, line, polyline
+    from parametric.caps import cap
     from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
     from parametric.coons import coons, coons_triangle, gordon, loft, ruled
     from parametric.curve import FunctionCurve, ParametricCurve
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
+    from parametric.frames import minimal_frames
     from parametric.knots import KnotVector
     from parametric.place import rotation, scaling, translation
     from parametric.revolve import revolve
     from parametric.surface import ParametricSurface
+    from parametric.sweep import extrude, sweep, transform_sweep
     from parametric.tensor import BezierSurface, BSplineSurface
 
 _HOMES = {
@@ -37,6 +40,7 @@ _HOMES = {
     "line": "bspline",
     "ParabolicBlend": "bspline",
     "polyline": "bspline",
+    "cap": "caps",
     "circle": "conic",
     "Conic": "conic",
     "ellipse": "conic",
@@ -55,12 +59,16 @@ _HOMES = {
     "t": "formula",
     "u": "formula",
     "v": "formula",
+    "minimal_frames": "frames",
     "KnotVector": "knots",
     "rotation": "place",
     "scaling": "place",
     "translation": "place",
     "revolve": "revolve",
     "ParametricSurface": "surface",
+    "extrude": "sweep",
+    "sweep": "sweep",
+    "transform_sweep": "sweep",
     "BezierSurface": "tensor",
     "BSplineSurface": "tensor",
 }
