@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, sine
+from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, copy, fill, sine
 from implicit.tape import ABS, ADD, ATAN, CONST, COS, DIV, EXP, LOG, MUL, NEG, POW, SIN, SQR, SQRT, SUB
 
 
@@ -28,9 +28,10 @@ def differentiate(
     """
     n = points
     for q in range(count - 1):
-        adjoints[q, :n] = 0.0
-    adjoints[count - 1, :n] = 1.0
-    gradients[:, :n] = 0.0
+        fill(adjoints[q, :n], 0.0)
+    fill(adjoints[count - 1, :n], 1.0)
+    for axis in range(3):
+        fill(gradients[axis, :n], 0.0)
     for q in range(count - 1, -1, -1):
         operation = code[start + q, 0]
         a = code[start + q, 1]
@@ -50,7 +51,7 @@ def differentiate(
             _unary(operation, g, value, registers[a], adjoints[a], exponent, scratch[2])
         else:
             free = scratch[0, :n]
-            free[:] = g
+            copy(free, g)
             for t in range(b):
                 branch = registers[arguments[a + t], :n]
                 target = adjoints[arguments[a + t], :n]
@@ -93,7 +94,7 @@ def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, ex
     n = g.shape[0]
     a, to_a, factor = a[:n], to_a[:n], scratch[:n]
     if operation == NEG:
-        factor[:] = -1.0
+        fill(factor, -1.0)
     elif operation == ABS:
         for k in range(n):
             factor[k] = 1.0 if a[k] >= 0.0 else -1.0
@@ -104,7 +105,7 @@ def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, ex
         for k in range(n):
             factor[k] = 0.5 / value[k] if value[k] != 0.0 else 0.0
     elif operation == EXP:
-        factor[:] = value
+        copy(factor, value)
     elif operation == LOG:
         for k in range(n):
             factor[k] = 1.0 / a[k]

@@ -25,6 +25,21 @@ _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to t
 
 
 @njit(**OPTIONS)
+def copy(out: Floats, a: Floats) -> None:
+    """Store a. (Assigning slices of arrays costs numba three seconds of compilation.)"""
+    a = a[: out.shape[0]]
+    for k in range(out.shape[0]):
+        out[k] = a[k]
+
+
+@njit(**OPTIONS)
+def fill(out: Floats, value: float) -> None:
+    """Store one value everywhere."""
+    for k in range(out.shape[0]):
+        out[k] = value
+
+
+@njit(**OPTIONS)
 def sine(out: Floats, a: Floats, shift: float) -> None:
     """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
     largest = 0.0

@@ -33,13 +33,18 @@ def evaluate_terms(
         n = min(LANES, points.shape[0] - base)
         for axis in range(3):
             for k in range(n):
-                table[axis, 1:, k] = points[base + k, axis]
+                for e in range(1, largest + 1):
+                    table[axis, e, k] = points[base + k, axis]
             for e in range(2, largest + 1):
                 for k in range(LANES):
                     table[axis, e, k] *= table[axis, e - 1, k]
-        total[:] = 0.0
+        for axis in range(4):
+            for k in range(LANES):
+                total[axis, k] = 0.0
         for r in range(rows.shape[0]):
-            inner[:] = 0.0
+            for k in range(LANES):
+                inner[0, k] = 0.0
+                inner[1, k] = 0.0
             for t in range(starts[r], starts[r + 1]):
                 c, e = coefficients[t], powers[t]
                 for k in range(LANES):

@@ -19,7 +19,9 @@ from implicit.kernels.elementary import (
     Floats,
     Indices,
     Rows,
+    copy,
     exponential,
+    fill,
     sine,
 )
 from implicit.kernels.values import count_of, operand, spread
@@ -186,11 +188,11 @@ def enclose(
         n = points if points else count_of(mask, side)
         out_low, out_high = low[q, :n], high[q, :n]
         if operation < CONST:
-            out_low[:] = lower[operation, :n]
-            out_high[:] = upper[operation, :n]
+            copy(out_low, lower[operation])
+            copy(out_high, upper[operation])
         elif operation == CONST:
-            out_low[:] = constants[a, 1]
-            out_high[:] = constants[a, 2]
+            fill(out_low, constants[a, 1])
+            fill(out_high, constants[a, 2])
         elif operation >= MIN:
             first = arguments[a]
             operand(out_low, low[first], code[start + first, 3], mask, points, side)

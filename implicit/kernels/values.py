@@ -7,7 +7,7 @@ scattered points every register is full and holds one value per point.
 
 from numba import njit
 
-from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, binary, power, unary
+from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, binary, copy, fill, power, unary
 from implicit.tape import CONST, DIV, MIN, POW
 
 WIDTH = 528  # floats in a row of registers: 512 samples, and no two rows a multiple of 4096 bytes apart
@@ -75,9 +75,9 @@ def evaluate(
         n = points if points else count_of(mask, side)
         out = registers[q, :n]
         if operation < CONST:
-            out[:] = axes[operation, :n]
+            copy(out, axes[operation])
         elif operation == CONST:
-            out[:] = constants[a, 0]
+            fill(out, constants[a, 0])
         elif operation >= MIN:
             first = arguments[a]
             operand(out, registers[first], code[start + first, 3], mask, points, side)
@@ -107,6 +107,6 @@ def evaluate(
 def operand(out: Floats, a: Floats, own: int, mask: int, points: int, side: int) -> None:
     """Copy a register into the layout of `mask`."""
     if points or own == mask:
-        out[:] = a[: out.shape[0]]
+        copy(out, a)
     else:
         spread(out, a, own, mask, side)

@@ -1,0 +1,162 @@
+"""A tape without what cannot matter in one box: branches of min and max that cannot win, signs that abs need not change.
+
+The shortened tape computes the same values, bit for bit, at every sample in the box.
+"""
+
+import numpy as np
+from numba import njit
+
+from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows
+from implicit.tape import ABS, CONST, DIV, MIN
+
+
+@njit(**OPTIONS)
+def place_of(mask: int, i: int, j: int, k: int, side: int) -> int:
+    """Where a register of this mask keeps its value for box (i, j, k) of a mesh of side^3 boxes."""
+    place = i if mask & 4 else 0
+    if mask & 2:
+        place = place * side + j
+    if mask & 1:
+        place = place * side + k
+    return place
+
+
+@njit(**OPTIONS)
+def shorten(
+    code: Rows,
+    start: int,
+    count: int,
+    arguments: Indices,
+    low: Floats,
+    high: Floats,
+    i: int,
+    j: int,
+    k: int,
+    side: int,
+    out: int,
+    out_arguments: int,
+    work: Rows,
+) -> tuple[int, int]:
+    """Write the tape for box (i, j, k) behind the pool: its rows from `out` on, its arguments from `out_arguments` on.
+
+    low and high hold the bounds that `ranges.enclose` found with the rows start .. start+count-1. Needs room for
+    `count` rows and for as many arguments as the tape has; work (2, >= count).
+
+    Returns the number of rows and the end of the arguments. The number is `count` when nothing was dropped, and then
+    nothing is written that is needed: the old tape serves.
+    """
+    live, place = work[0], work[1]
+    for q in range(count):
+        live[q] = 0
+    live[count - 1] = 1
+    dropped = 0
+    for q in range(count - 1, -1, -1):  # which registers matter; place >= 0: replaced by that register
+        place[q] = -1
+        if live[q] == 0:
+            dropped += 1
+            continue
+        operation = code[start + q, 0]
+        a, b = code[start + q, 1], code[start + q, 2]
+        if operation <= CONST:
+            continue
+        if operation <= DIV:
+            live[a] = 1
+            live[b] = 1
+        elif operation < MIN:
+            live[a] = 1
+            if operation == ABS and low[a, place_of(code[start + a, 3], i, j, k, side)] >= 0.0:
+                place[q] = a
+                dropped += 1
+        else:
+            bar = _bar(code, start, arguments, a, b, operation == MIN, low, high, i, j, k, side)
+            kept = 0
+            last = 0
+            for t in range(b):
+                r = arguments[a + t]
+                if not _loses(code, start, r, operation == MIN, bar, low, high, i, j, k, side):
+                    live[r] = 1
+                    kept += 1
+                    last = r
+            live[q] = 1 if kept == b else 2
+            dropped += b - kept
+            if kept == 1:
+                place[q] = last
+    if dropped == 0:
+        return count, out_arguments
+    rows = 0
+    end = out_arguments
+    for q in range(count):
+        if live[q] == 0:
+            continue
+        if place[q] >= 0:
+            place[q] = place[place[q]]
+            continue
+        operation = code[start + q, 0]
+        a, b, mask = code[start + q, 1], code[start + q, 2], code[start + q, 3]
+        if operation > CONST and operation <= DIV:
+            a, b = place[a], place[b]
+            mask = code[out + a, 3] | code[out + b, 3]
+        elif operation > CONST and operation < MIN:
+            a = place[a]
+            mask = code[out + a, 3]
+        elif operation >= MIN:
+            bar = _bar(code, start, arguments, a, b, operation == MIN, low, high, i, j, k, side)
+            first = end
+            mask = np.int32(0)
+            for t in range(b):
+                r = arguments[a + t]
+                if live[q] == 1 or not _loses(code, start, r, operation == MIN, bar, low, high, i, j, k, side):
+                    arguments[end] = place[r]
+                    mask |= code[out + place[r], 3]
+                    end += 1
+            a, b = np.int32(first), np.int32(end - first)
+        code[out + rows, 0] = operation
+        code[out + rows, 1] = a
+        code[out + rows, 2] = b
+        code[out + rows, 3] = mask
+        place[q] = rows
+        rows += 1
+    return rows, end
+
+
+@njit(**OPTIONS)
+def _bar(
+    code: Rows,
+    start: int,
+    arguments: Indices,
+    a: int,
+    b: int,
+    least: bool,
+    low: Floats,
+    high: Floats,
+    i: int,
+    j: int,
+    k: int,
+    side: int,
+) -> float:
+    """The least upper bound of the operands of a MIN, or the largest lower bound of those of a MAX."""
+    bar = np.inf if least else -np.inf
+    for t in range(b):
+        r = arguments[a + t]
+        c = place_of(code[start + r, 3], i, j, k, side)
+        bar = min(bar, high[r, c]) if least else max(bar, low[r, c])
+    return bar
+
+
+@njit(**OPTIONS)
+def _loses(
+    code: Rows,
+    start: int,
+    r: int,
+    least: bool,
+    bar: float,
+    low: Floats,
+    high: Floats,
+    i: int,
+    j: int,
+    k: int,
+    side: int,
+) -> bool:
+    """Whether operand r is farther than the bar everywhere in the box."""
+    c = place_of(code[start + r, 3], i, j, k, side)
+    return low[r, c] > bar if least else high[r, c] < bar
