@@ -68,8 +68,7 @@ def classify(solid: Any, points: ArrayLike, *, tolerance: float | None = None, r
 
     if rule not in _RULES:
         raise ValueError(f"rule must be one of {', '.join(_RULES)}, got {rule!r}")
-    if tolerance is not None and not (np.isscalar(tolerance) and 0 <= float(tolerance) < np.inf):
-        raise ValueError(f"tolerance must be a finite distance >= 0 or None, got {tolerance!r}")
+    tolerance = _check_tolerance(tolerance)
     flat, exact, shape = _read(points)
     if isinstance(solid, Surface):
         codes = _classify_surface(solid, flat, exact, tolerance)
@@ -116,6 +115,14 @@ def winding_number(solid: Any, points: ArrayLike) -> Floats:
     else:
         raise TypeError(f"a Surface, Mesh, Shell or parametric surface was wanted, got {type(solid).__name__}")
     return numbers_.reshape(shape)[()]
+
+
+def _check_tolerance(tolerance: Any) -> float | None:
+    if tolerance is None:
+        return None
+    if not isinstance(tolerance, int | float | np.integer | np.floating) or not 0 <= float(tolerance) < np.inf:
+        raise ValueError(f"tolerance must be a finite distance >= 0 or None, got {tolerance!r}")
+    return float(tolerance)
 
 
 def _read(points: ArrayLike) -> tuple[Floats, dict[int, tuple[Fraction, Fraction, Fraction]], tuple[int, ...]]:

@@ -5,15 +5,12 @@ from typing import Any, Literal
 
 from implicit.implicitize.certificate import Certificate
 from implicit.implicitize.clock import Clock
-from implicit.implicitize.degree import Count, count
-from implicit.implicitize.eliminate import Implicit, lift, null_space_image
+from implicit.implicitize.eliminate import Implicit
 from implicit.implicitize.homogeneous import Coordinates, read_coordinates
 from implicit.implicitize.orientation import outward_sign
-from implicit.implicitize.proof import identity_bits, proof_cost, prove_identity, prove_irreducible
+from implicit.implicitize.solve import solve
 from implicit.polynomial import Polynomial
 from implicit.surface import Surface
-
-_PROOF_SECONDS = 60.0  # a longer proof over the integers is left to fresh primes
 
 
 def implicitize(
@@ -62,29 +59,11 @@ def implicitize(
     """
     clock = Clock(timeout)
     homogeneous = read_coordinates(coordinates, parameters, rationalize)
-    found, certificate = eliminate(homogeneous, clock)
+    found, certificate = solve(homogeneous, clock)
     polynomial = to_polynomial(homogeneous, found)
     if outward_sign(polynomial, homogeneous) < 0:
         polynomial = -polynomial
     return Surface.from_polynomial(polynomial, certificate=certificate)
-
-
-def eliminate(coordinates: Coordinates, clock: Clock) -> tuple[Implicit, Certificate]:
-    """The polynomial of homogeneous coordinates and what is proved about it."""
-    counted = count(coordinates)
-    clock.check("the count of the degree")
-    found = lift(coordinates, counted.degree, null_space_image(counted.degree), clock)
-    return found, _prove(coordinates, counted, found, "null space", clock)
-
-
-def _prove(coordinates: Coordinates, counted: Count, found: Implicit, method: str, clock: Clock) -> Certificate:
-    if proof_cost(coordinates, found) < min(_PROOF_SECONDS, clock.left):
-        exact = prove_identity(coordinates, found, clock) and prove_irreducible(coordinates, found, clock)
-    else:
-        exact = False
-    chance = 0.0 if exact else (identity_bits(coordinates, found) / 30 + 1) / 9e7
-    proof: Literal["exact", "modular"] = "exact" if exact else "modular"
-    return Certificate(method, counted.degree, counted.map_degree, counted.base_points, proof, 0.0, chance)
 
 
 def to_polynomial(coordinates: Coordinates, found: Implicit) -> Polynomial:

@@ -39,15 +39,21 @@ class Implicit:
     primes: int
 
 
-def lift(coordinates: Coordinates, degree: int, image: Image, clock: Clock) -> Implicit:
-    """The polynomial from its images modulo primes, verified at points modulo a prime that was not used."""
+def lift(coordinates: Coordinates, degree: int, image: Image, clock: Clock) -> Implicit | None:
+    """The polynomial from its images modulo primes, verified at points modulo a prime that was not used.
+
+    None if there is no image modulo any of the first primes: the method does not suit the surface.
+    """
     field = coordinates.field
-    remainders, support, pivot, used = Remainders(), None, None, 0
+    remainders, support, pivot, used, failed = Remainders(), None, None, 0, 0
     stream = split_primes(field.modulus)
     for p, roots in stream:
         clock.check("the images modulo primes")
         found = _images(coordinates, image, support, p, roots)
         if found is None:
+            failed += 1
+            if failed > used + 1:
+                return None
             continue
         support, columns = found
         if pivot is None:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import sympy
 from flint import fmpq, fmpq_mpoly_ctx
 
-from implicit.errors import TranscendentalError
+from implicit.errors import NotPolynomialError, TranscendentalError
 from implicit.implicitize.angles import Angles, read_angles
 from implicit.implicitize.scalars import Scalars, read_scalars
 
@@ -64,6 +64,9 @@ def read_coordinates(
     if len(coordinates) != 3:
         raise ValueError(f"a surface has three coordinates (x, y, z), got {len(coordinates)}")
     expressions = [sympy.sympify(c) if not isinstance(c, str) else _refuse_text(c) for c in coordinates]
+    for name, expression in zip("xyz", expressions, strict=True):
+        if expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
+            raise ValueError(f"coordinate {name} is not finite, its denominator is zero: {expression}")
     strange = set().union(*(e.free_symbols for e in expressions)) - set(names)
     if strange:
         listed = ", ".join(sorted(map(str, strange)))
@@ -145,6 +148,8 @@ class _Reader:
             return self.power(self.read(e.base), int(e.exp))
         if self.angles.covers(e):
             return self.angle(e)
+        if e.is_Pow or isinstance(e, sympy.Abs | sympy.Min | sympy.Max | sympy.Piecewise):
+            raise NotPolynomialError(f"{e} is no rational function of the parameters; a substitution may make it one")
         raise TranscendentalError(
             f"{e} is no rational function of the parameters, nor of sines, cosines or exponentials of them"
         )
