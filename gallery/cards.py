@@ -33,7 +33,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Card:
-    """What was found out about a surface; `failure` says why there is no picture, `contradictions` what is not so."""
+    """What was found out about a surface.
+
+    conforming      whether the mesh has the singular points and curves as vertices and edges; else its topology near
+                    them is the lattice's
+    contradictions  what is not as the catalogue says
+    failure         why there is no picture
+    """
 
     name: str
     picture: str = ""
@@ -42,6 +48,7 @@ class Card:
     types: str = ""
     singular_curves: int | None = None
     complete: bool = True
+    conforming: bool = True
     triangles: int = 0
     closed: bool = False
     euler: int = 0
@@ -94,7 +101,8 @@ def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None)
         types = ", ".join(f"{kinds.count(kind)} {kind}".removeprefix("1 ") for kind in dict.fromkeys(kinds) if kind)
         card = replace(card, degree=surface.degree, singular_points=len(locus.points), types=types)
         card = replace(card, singular_curves=len(locus.curves), complete=locus.complete)
-        if not len(mesh.points) and not mesh.curves:
+        if (locus.points or locus.curves) and not len(mesh.points) and not mesh.curves:
+            card = replace(card, conforming=False)
             meshes.append(locus_mesh(locus))
     return card, meshes
 
@@ -142,8 +150,8 @@ def locus_mesh(locus: Any) -> Mesh:
 
 
 def contradictions(card: Card, facts: Facts) -> tuple[str, ...]:
-    """Where the card is not as the facts say."""
-    names = ("degree", "singular_points", "types", "singular_curves", "closed", "euler")
+    """Where the card is not as the facts say; a type that was not found out contradicts nothing."""
+    names = ["degree", "singular_points", "types", "singular_curves"] + ["closed", "euler"] * card.conforming
     pairs = [(name, getattr(facts, name), getattr(card, name)) for name in names]
     return tuple(
         f"{name.replace('_', ' ')} should be {wanted}, found {found}"

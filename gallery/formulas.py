@@ -1,5 +1,6 @@
 """Implicit surfaces: the textbook chapter's, the classics of algebraic geometry, and solids."""
 
+from dataclasses import replace
 from math import pi
 
 from gallery.catalog import Entry, Facts
@@ -27,7 +28,7 @@ FORMULAS = (
         f"{CHAPTER}, first figure; its second point (0, 2/3, 0) is not on the surface",
         Facts(degree=3, singular_points=1, types="A1", singular_curves=0, closed=False, euler=2),
         Ball(1.5),
-        look=OCEAN,
+        look=replace(OCEAN, view=(1.0, 0.35, 1.7), up=(0.0, 1.0, 0.0)),
     ),
     Entry(
         "chapter_a5",
@@ -36,7 +37,7 @@ FORMULAS = (
         f"{CHAPTER}, second figure; printed with y z^2, but with the gradient of y^2 z",
         Facts(degree=3, singular_points=1, types="A5", singular_curves=0, closed=False, euler=1),
         Ball(1.5),
-        look=TEAL,
+        look=replace(TEAL, view=(1.6, -1.2, 1.2)),
     ),
     Entry(
         "chapter_line",
@@ -45,7 +46,7 @@ FORMULAS = (
         f"{CHAPTER}, third figure: Plücker's conoid, the line solitary beyond its two pinch points",
         Facts(degree=3, singular_points=0, singular_curves=1, closed=False, euler=1),
         Ball(1.5),
-        look=PLUM,
+        look=replace(PLUM, view=(1.0, 0.6, 1.7), up=(0.0, 1.0, 0.0)),
     ),
     Entry(
         "hyperbolic_paraboloid",
@@ -54,7 +55,8 @@ FORMULAS = (
         "Surface modelling, polygonizer figure, left",
         Facts(degree=2, singular_points=0, singular_curves=0, closed=False, euler=1),
         Box((-1, -1, -1.2), (1, 1, 1.2)),
-        look=CONFETTI,
+        look=replace(CONFETTI, view=(1.0, -1.5, 1.4)),
+        detail=0.5,
     ),
     Entry(
         "dupin_cyclide",
@@ -63,7 +65,8 @@ FORMULAS = (
         "Surface modelling, polygonizer figure, right; a = 5, b = d = 4, c = 3 in Chandru, Dutta, Hoffmann 1989",
         Facts(degree=4, singular_points=0, singular_curves=0, closed=True, euler=0),
         Box((-13, -11, -8), (13, 11, 8)),
-        look=CONFETTI,
+        look=replace(CONFETTI, view=(0.4, -0.9, 1.3)),
+        detail=0.8,
     ),
     Entry(
         "sphere",
@@ -99,8 +102,8 @@ FORMULAS = (
         "4(x^2 + y^2 + z^2) + 16x y z = 1",
         "Cayley, A memoir on cubic surfaces, 1869",
         Facts(degree=3, singular_points=4, types="4 A1", singular_curves=0, closed=False),
-        Ball(1.3),
-        look=MOSS,
+        Ball(1.8),
+        look=replace(MOSS, view=(1.0, -2.2, 0.8)),
     ),
     Entry(
         "clebsch_cubic",
@@ -110,13 +113,13 @@ FORMULAS = (
         "Clebsch, Math. Ann. 4, 1871; all 27 lines are real",
         Facts(degree=3, singular_points=0, singular_curves=0, closed=False),
         Ball(1.6),
-        look=GOLD,
+        look=replace(GOLD, view=(1.2, -0.9, 0.6), up=(1.0, 1.0, 1.0)),
         detail=1.3,
     ),
     Entry(
         "barth_sextic",
         "Barth sextic",
-        "4(p^2 x^2 - y^2)(p^2 y^2 - z^2)(p^2 z^2 - x^2) - (1 + 2p)(x^2 + y^2 + z^2 - 1)^2 = 0",
+        "(1 + 2p)(x^2 + y^2 + z^2 - 1)^2 = 4(p^2 x^2 - y^2)(p^2 y^2 - z^2)(p^2 z^2 - x^2)",
         "Barth, J. Algebraic Geom. 5, 1996; p is the golden ratio; 65 nodes, 15 of them at infinity",
         Facts(degree=6, singular_points=50, types="50 A1", singular_curves=0, closed=False),
         Ball(2.2),
@@ -131,7 +134,7 @@ FORMULAS = (
         "Whitney, Duke Math. J. 10, 1943",
         Facts(degree=3, singular_points=0, singular_curves=1, closed=False, euler=1),
         Ball(1.5),
-        look=PLUM,
+        look=replace(PLUM, view=(1.7, -1.2, 0.9)),
     ),
     Entry(
         "kummer_quartic",
@@ -139,7 +142,7 @@ FORMULAS = (
         "(x^2 + y^2 + z^2 - 3/2)^2 = 7/3 ((1 - z)^2 - 2x^2)((1 + z)^2 - 2y^2)",
         "Kummer 1864; this form in Hudson, Kummer's quartic surface, 1905",
         Facts(degree=4, singular_points=16, types="16 A1", singular_curves=0, closed=False),
-        Ball(2.5),
+        Ball(2.2),
         look=TEAL,
         detail=1.3,
     ),
@@ -155,13 +158,13 @@ FORMULAS = (
     Entry(
         "togliatti_quintic",
         "Togliatti quintic",
-        "64(x - 1)(x^4 - 4x^3 - 10x^2 y^2 - 4x^2 + 16x - 20x y^2 + 5y^4 + 16 - 20y^2)"
-        " - 5q(2z - q)(4(x^2 + y^2 - z^2) + 1 + 3sqrt(5))^2 = 0",
+        "5q(2z - q)(4(x^2 + y^2 - z^2) + 1 + 3sqrt(5))^2"
+        " = 64(x - 1)(x^4 - 4x^3 - 10x^2 y^2 - 4x^2 + 16x - 20x y^2 + 5y^4 + 16 - 20y^2)",
         "Togliatti 1940, this form by Endraß; q = √(5 − √5); 31 nodes, as many as a quintic can have",
         Facts(degree=5, singular_points=31, types="31 A1", singular_curves=0, closed=False),
         Ball(9),
         {"q": "sqrt(5 - sqrt(5))"},
-        look=PLUM,
+        look=replace(PLUM, view=(1.4, -1.0, -0.9)),
         detail=1.5,
     ),
     Entry(

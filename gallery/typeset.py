@@ -22,6 +22,7 @@ def _sequence(tokens: list[str]) -> str:
     html, previous, index = "", "", 0
     while index < len(tokens):
         token = tokens[index]
+        end = index + 1
         if token in ("^", "**"):
             end = _operand(tokens, index + 1)
             html += f"<sup>{_sequence(_unwrapped(tokens[index + 1 : end]))}</sup>"
@@ -29,11 +30,18 @@ def _sequence(tokens: list[str]) -> str:
             end = _operand(tokens, index + 1)
             inner = _unwrapped(tokens[index + 1 : end])
             html += "√" + (_sequence(inner) if len(inner) == 1 else f"({_sequence(inner)})")
+        elif _is_fraction(tokens[index : index + 3]) and previous != "/":
+            end = index + 3
+            html += f"<sup>{token}</sup>⁄<sub>{tokens[index + 2]}</sub>"
         else:
-            end = index + 1
             html += _token(token, previous)
         previous, index = tokens[end - 1], end
     return html
+
+
+def _is_fraction(tokens: list[str]) -> bool:
+    """Whether three tokens are a number over a number."""
+    return len(tokens) == 3 and tokens[1] == "/" and tokens[0].isdigit() and tokens[2].isdigit()
 
 
 def _operand(tokens: list[str], start: int) -> int:
@@ -63,8 +71,11 @@ def _token(token: str, previous: str) -> str:
         return f" {token} "
     if token == ",":
         return ", "
+    space = "\u2009" if previous in _WORDS and token != "(" else ""
     if token in _WORDS:
-        return f" {token}" if previous[-1:].isalnum() else token
-    if token in _LETTERS or (token[0].isalpha() and token.isalnum()):
-        return f"<i>{_LETTERS.get(token, escape(token))}</i>"
-    return escape(token)
+        return f"\u2009{token}" if previous[-1:].isalnum() or previous == ")" else token
+    name, _, index = _LETTERS.get(token, token).partition("_")
+    if name.isalpha() and name != "Σ":
+        letter = f"<i>{escape(name)}</i>" if len(name) == 1 else escape(name)
+        return space + letter + (f"<sub>{escape(index)}</sub>" if index else "")
+    return space + escape(token)

@@ -21,7 +21,7 @@ Shape: TypeAlias = tuple[Points, Faces, Points]
 """Vertices, faces, normals."""
 Image: TypeAlias = NDArray[np.uint8]
 
-SUPERSAMPLING = 3
+SUPERSAMPLING = 2
 """Both renderers draw this many times larger and average, which smooths every edge."""
 
 RED: Color = (0.86, 0.07, 0.09)
@@ -116,7 +116,7 @@ def compose(meshes: Sequence[Mesh], look: Look) -> list[Piece]:
     """The pieces of a picture of `meshes`: surfaces with thin dark rims, then in red singular curves and points and
     the boxes that could not be decided.
     """
-    used = [mesh.vertices[_used(mesh)] for mesh in meshes]
+    used = [_used(mesh) for mesh in meshes]
     if not any(map(len, used)):
         raise ValueError("there is nothing to draw: every mesh is empty")
     size = float(np.linalg.norm(np.ptp(np.concatenate(used), axis=0)))
@@ -133,12 +133,19 @@ def compose(meshes: Sequence[Mesh], look: Look) -> list[Piece]:
 
 def corners(pieces: Sequence[Piece]) -> Points:
     """All corners (n, 3) of the faces of `pieces`."""
-    return np.concatenate([piece.vertices[np.unique(piece.faces)] for piece in pieces])
+    return np.concatenate([piece.vertices[_mark(len(piece.vertices), piece.faces)] for piece in pieces])
 
 
-def _used(mesh: Mesh) -> Faces:
-    """The vertices that something is drawn at."""
-    return np.unique(np.concatenate([mesh.faces.ravel(), mesh.points, *mesh.curves]).astype(np.int64))
+def _used(mesh: Mesh) -> Points:
+    """The vertices (n, 3) that something is drawn at."""
+    return mesh.vertices[_mark(len(mesh.vertices), mesh.faces, mesh.points, *mesh.curves)]
+
+
+def _mark(size: int, *indices: Faces) -> NDArray[np.bool_]:
+    marked = np.zeros(size, dtype=bool)
+    for index in indices:
+        marked[index] = True
+    return marked
 
 
 def _rims(faces: Faces) -> Faces:
@@ -175,8 +182,7 @@ def split_sheets(mesh: Mesh, crease: float = 0.7) -> Shape:
     vertices, faces, normals = mesh.vertices, mesh.faces, mesh.normals
     flat = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
     flat = _unit(flat)[:, None]
-    special = np.zeros(len(vertices), dtype=bool)
-    special[np.concatenate([mesh.points, *mesh.curves]).astype(np.int64)] = True
+    special = _mark(len(vertices), mesh.points, *mesh.curves)
     corner = normals[faces]
     lost = special[faces] | (np.sum(corner * flat, axis=2) < np.cos(crease))
     kept = np.where(lost[:, :, None], 0.0, corner)
