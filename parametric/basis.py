@@ -1,8 +1,8 @@
 """Kernels: B-spline basis functions at many parameters, and control nets weighted by them.
 
-A basis function of degree p restricted to a knot span is a polynomial. Its Bernstein coefficients on each span are
-the table of `KnotVector.table`; the kernels evaluate Bernstein polynomials (stable for every degree, non-negative)
-and multiply by the table. One table for each order of derivative, so one kernel serves them all.
+Everything is evaluated by Bernstein polynomials, which are stable for every degree. A basis function restricted to a
+knot span has the Bernstein coefficients of `KnotVector.table`, one table for each order of derivative: that serves
+curves and grids. Scattered points of a surface are taken from its Bezier patches.
 """
 
 import numba
@@ -55,48 +55,149 @@ def weigh(t: Array, breaks: Array, table: Array) -> tuple[NDArray[np.int64], Arr
 
 
 @numba.njit(cache=True)
-def combine_grid(first_u: Array, weights_u: Array, first_v: Array, weights_v: Array, net: Array) -> Array:
-    """Sum of weights_u[a, i] weights_v[b, j] net[first_u[a] + i, first_v[b] + j] for all a, b: (m, n, d)."""
-    columns, d = net.shape[1], net.shape[2]
+def combine_grid(
+    first_u: NDArray[np.int64], weights_u: Array, first_v: NDArray[np.int64], weights_v: Array, net: Array, d: int
+) -> Array:
+    """Sum of weights_u[a, i] weights_v[b, j] net[first_u[a] + i, first_v[b] + j] for all a, b: (m, n, d).
+
+    The net has four coordinates, the last of them idle where d is 3, so that one vector register takes them all.
+    """
+    columns = net.shape[1]
     out = np.empty((first_u.size, first_v.size, d))
-    row = np.empty((columns, d))
+    row = np.empty(4 * columns)
     for a in range(first_u.size):
         row[:] = 0.0
         for i in range(weights_u.shape[1]):
-            w = weights_u[a, i]
-            source = net[first_u[a] + i]
-            for j in range(columns):
-                for c in range(d):
-                    row[j, c] += w * source[j, c]
+            weight, source = weights_u[a, i], net[first_u[a] + i].reshape(-1)
+            for k in range(row.size):
+                row[k] += weight * source[k]
+        line = out[a]
         for b in range(first_v.size):
-            start = first_v[b]
-            for c in range(d):
-                total = 0.0
-                for j in range(weights_v.shape[1]):
-                    total += weights_v[b, j] * row[start + j, c]
-                out[a, b, c] = total
+            k = 4 * first_v[b]
+            x, y, z, w = 0.0, 0.0, 0.0, 0.0
+            for j in range(weights_v.shape[1]):
+                weight = weights_v[b, j]
+                x += weight * row[k]
+                y += weight * row[k + 1]
+                z += weight * row[k + 2]
+                w += weight * row[k + 3]
+                k += 4
+            line[b, 0] = x
+            line[b, 1] = y
+            line[b, 2] = z
+            if d == 4:
+                line[b, 3] = w
     return out
 
 
 @numba.njit(cache=True)
-def combine_points(
-    u: Array, v: Array, breaks_u: Array, table_u: Array, first_u: Array, breaks_v: Array, table_v: Array,
-    first_v: Array, net: Array,
-) -> Array:  # fmt: skip
-    """The same sum at scattered parameters u, v (n,): (n, d)."""
-    d = net.shape[2]
-    out = np.empty((u.size, d))
-    bernstein_u, bernstein_v = np.empty(table_u.shape[1]), np.empty(table_v.shape[1])
-    wu, wv = np.empty(table_u.shape[2]), np.empty(table_v.shape[2])
-    for k in range(u.size):
-        i0 = first_u[_weigh(u[k], breaks_u, table_u, bernstein_u, wu)]
-        j0 = first_v[_weigh(v[k], breaks_v, table_v, bernstein_v, wv)]
-        for c in range(d):
-            out[k, c] = 0.0
-        for i in range(wu.size):
+def _bernstein(t: Array, breaks: Array, spans: NDArray[np.int64], values: Array, slopes: Array, order: int) -> None:
+    """Spans (n,) of t (n,), Bernstein polynomials there (p+1, n) and, if order is 1, their derivatives by t.
+
+    Every inner loop runs over the parameters, without a branch: the compiler makes vector code of it.
+    """
+    count, degree = t.size, values.shape[0] - 1
+    spans[:] = 0
+    left = breaks.size - 1
+    while left > 1:
+        half = left // 2
+        for k in range(count):
+            middle = spans[k] + half
+            spans[k] = middle if t[k] >= breaks[middle] else spans[k]
+        left -= half
+    s, rate = np.empty(count), np.empty(count)
+    for k in range(count):
+        start = breaks[spans[k]]
+        rate[k] = 1.0 / (breaks[spans[k] + 1] - start)
+        s[k] = (t[k] - start) * rate[k]
+    values[0] = 1.0
+    for r in range(1, degree + 1):
+        if order == 1 and r == degree:
+            slopes[0] = -degree * rate * values[0]
+            for a in range(1, degree):
+                slopes[a] = degree * rate * (values[a - 1] - values[a])
+            slopes[degree] = degree * rate * values[degree - 1]
+        values[r] = s * values[r - 1]
+        for a in range(r - 1, 0, -1):
+            for k in range(count):
+                values[a, k] = s[k] * values[a - 1, k] + (1.0 - s[k]) * values[a, k]
+        for k in range(count):
+            values[0, k] *= 1.0 - s[k]
+
+
+@numba.njit(cache=True)
+def combine_points(u: Array, v: Array, breaks_u: Array, breaks_v: Array, nets: Array, order: int) -> Array:
+    """Points of Bezier patches at scattered parameters: (1, n, d), or (3, n, d) with both derivatives if order is 1.
+
+    `nets` (spans in u, spans in v, p+1, q+1, d) holds the patches. Parameters are taken in blocks that fit the
+    fastest cache; each coefficient is fetched once.
+    """
+    block = 128
+    patches_v, rows, columns, d = nets.shape[1], nets.shape[2], nets.shape[3], nets.shape[4]
+    flat, single = nets.reshape(-1), nets.shape[0] * nets.shape[1] == 1
+    out = np.empty((1 + 2 * order, u.size, d))
+    span_u, span_v, base = np.empty(block, np.int64), np.empty(block, np.int64), np.empty(block, np.int64)
+    bu, du, bv, dv = (
+        np.empty((rows, block)),
+        np.empty((rows, block)),
+        np.empty((columns, block)),
+        np.empty((columns, block)),
+    )
+    row, slope, total = np.empty((d, block)), np.empty((d, block)), np.empty((3, d, block))
+    for start in range(0, u.size, block):
+        n = min(block, u.size - start)
+        _bernstein(u[start : start + n], breaks_u, span_u[:n], bu[:, :n], du[:, :n], order)
+        _bernstein(v[start : start + n], breaks_v, span_v[:n], bv[:, :n], dv[:, :n], order)
+        for k in range(n):
+            base[k] = (span_u[k] * patches_v + span_v[k]) * (rows * columns * d)
+        total[:] = 0.0
+        for i in range(rows):
+            row[:] = 0.0
+            slope[:] = 0.0
+            for j in range(columns):
+                for c in range(d):
+                    at = (i * columns + j) * d + c
+                    if single:
+                        x = flat[at]
+                        for k in range(n):
+                            row[c, k] += bv[j, k] * x
+                        if order == 1:
+                            for k in range(n):
+                                slope[c, k] += dv[j, k] * x
+                    elif order == 0:
+                        for k in range(n):
+                            row[c, k] += bv[j, k] * flat[base[k] + at]
+                    else:
+                        for k in range(n):
+                            x = flat[base[k] + at]
+                            row[c, k] += bv[j, k] * x
+                            slope[c, k] += dv[j, k] * x
             for c in range(d):
-                total = 0.0
-                for j in range(wv.size):
-                    total += wv[j] * net[i0 + i, j0 + j, c]
-                out[k, c] += wu[i] * total
+                for k in range(n):
+                    total[0, c, k] += bu[i, k] * row[c, k]
+                if order == 1:
+                    for k in range(n):
+                        total[1, c, k] += du[i, k] * row[c, k]
+                        total[2, c, k] += bu[i, k] * slope[c, k]
+        for r in range(1 + 2 * order):
+            for c in range(d):
+                for k in range(n):
+                    out[r, start + k, c] = total[r, c, k]
     return out
+
+
+@numba.njit(cache=True)
+def cross(a: Array, b: Array) -> tuple[Array, Array]:
+    """Unit vectors (n, 3) along a x b, zero where it vanishes, and its lengths (n,)."""
+    units, lengths = np.zeros(a.shape), np.empty(a.shape[0])
+    for k in range(a.shape[0]):
+        x = a[k, 1] * b[k, 2] - a[k, 2] * b[k, 1]
+        y = a[k, 2] * b[k, 0] - a[k, 0] * b[k, 2]
+        z = a[k, 0] * b[k, 1] - a[k, 1] * b[k, 0]
+        length = np.sqrt(x * x + y * y + z * z)
+        lengths[k] = length
+        if length > 0.0:
+            units[k, 0] = x / length
+            units[k, 1] = y / length
+            units[k, 2] = z / length
+    return units, lengths

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from implicit.errors import SingularPointError
+from parametric.basis import cross
 from parametric.parameters import Array
 from parametric.surface import Jet, ParametricSurface
 
@@ -17,21 +18,20 @@ HIGHEST = 4
 
 def unit_normals(surface: ParametricSurface, u: ArrayLike, v: ArrayLike, strict: bool) -> Array:
     """Unit normals (..., 3); where there is none, nan, or a SingularPointError if `strict`."""
-    vectors = surface.true_normal(u, v)
-    lengths = np.sqrt(np.einsum("...c,...c->...", vectors, vectors))
-    threshold = VANISHING * surface.scale[0] * surface.scale[1]
-    vanishing = ~(lengths > threshold)
+    jet = surface.jet(u, v, 1)
+    a, b = np.broadcast_arrays(jet[1, 0], jet[0, 1])
+    units, sizes = cross(np.ascontiguousarray(a).reshape(-1, 3), np.ascontiguousarray(b).reshape(-1, 3))
+    normals, lengths = units.reshape(a.shape), sizes.reshape(a.shape[:-1])
+    vanishing = ~(lengths > VANISHING * surface.scale[0] * surface.scale[1])
     if not vanishing.any():
-        vectors /= lengths[..., None]
-        return vectors
+        return normals
     where = (np.broadcast_to(p, lengths.shape)[vanishing].tolist() for p in surface.parameters(u, v))
     pairs = list(zip(*where))
-    normals = vectors / np.where(vanishing, 1.0, lengths)[..., None]
     found = {pair: _limit(surface, *pair) for pair in dict.fromkeys(pairs)}
     lost = [pair for pair, normal in found.items() if normal is None]
     if lost and strict:
-        a, b = lost[0]
-        raise SingularPointError(f"no normal at (u, v) = ({a:g}, {b:g}): p_u x p_v vanishes without a limit direction")
+        at = f"({lost[0][0]:g}, {lost[0][1]:g})"
+        raise SingularPointError(f"no normal at (u, v) = {at}: p_u x p_v vanishes without a limit direction")
     nothing = np.full(3, np.nan)
     limits = [found[pair] for pair in pairs]
     normals[vanishing] = [nothing if normal is None else normal for normal in limits]

@@ -83,7 +83,8 @@ class ParametricSurface(ABC):
 
     def true_normal(self, u: ArrayLike, v: ArrayLike) -> Array:
         """The vector N = p_u x p_v, whose length is the area of the surface over that of the domain: (..., 3)."""
-        return np.cross(self.derivative(u, v, 1, 0), self.derivative(u, v, 0, 1))
+        jet = self.jet(u, v, 1)
+        return np.cross(jet[1, 0], jet[0, 1])
 
     def twist(self, u: ArrayLike, v: ArrayLike) -> Array:
         """Twist vectors p_uv, (..., 3). They depend on the parametrization: a plane may have p_uv != 0."""

@@ -93,20 +93,44 @@ class BSplineSurface(ParametricSurface):
 
     @cached_property
     def _net(self) -> Array:
-        """One row and column for each basis function; weighted points and weights where rational."""
-        net = self.points if self.weights is None else lift(self.points, self.weights)
+        """One row and column for each basis function, (., ., 4): weighted points and weights, or points and zero."""
+        ones = np.zeros(self.points.shape[:2]) if self.weights is None else self.weights
+        scale = 1.0 if self.weights is None else self.weights[..., None]
+        net = np.concatenate([self.points * scale, ones[..., None]], axis=-1)
         return np.ascontiguousarray(self.knots[1].unwrap(self.knots[0].unwrap(net, 0), 1))
+
+    @cached_property
+    def _nets(self) -> dict[tuple[int, int], Array]:
+        return {}
 
     def _combine(self, u: Array, v: Array, i: int, j: int) -> Array:
         """Derivative (i, j) of the sum of weighted points, before any division: (..., 3 or 4)."""
-        along_u, along_v = self.knots
         grid = split_axes(u, v)
-        if grid is not None:
-            values = combine_grid(*along_u.weights(u.ravel(), i), *along_v.weights(v.ravel(), j), self._net)
-            return from_grid(values, *grid)
+        if grid is None:
+            return self._scatter(u, v, self._derived_nets(i, j), 0)[0]
+        along_u, along_v = self.knots
+        d = 3 if self.weights is None else 4
+        values = combine_grid(*along_u.weights(u.ravel(), i), *along_v.weights(v.ravel(), j), self._net, d)
+        return from_grid(values, *grid)
+
+    def _scatter(self, u: Array, v: Array, nets: Array, order: int) -> Array:
+        """Sums (1, ..., d), or with both derivatives (3, ..., d), from patches of the same spans."""
         u, v = np.broadcast_arrays(u, v)
-        tables = (along_u.breaks, along_u.table(i), along_u.first, along_v.breaks, along_v.table(j), along_v.first)
-        return combine_points(u.ravel(), v.ravel(), *tables, self._net).reshape(*u.shape, -1)
+        breaks = self.knots[0].breaks, self.knots[1].breaks
+        return combine_points(u.ravel(), v.ravel(), *breaks, nets, order).reshape(1 + 2 * order, *u.shape, -1)
+
+    def _derived_nets(self, i: int, j: int) -> Array:
+        """Bezier nets of the derivative (i, j) on all spans; kept."""
+        if (i, j) not in self._nets:
+            nets = self._bezier_nets
+            for axis, order in ((2, i), (3, j)):
+                width = np.diff(self.knots[axis - 2].breaks)
+                for _ in range(order):
+                    degree = nets.shape[axis] - 1
+                    steps = np.diff(nets, axis=axis) if degree else np.zeros_like(nets)
+                    nets = degree * steps / width.reshape(-1, *[1] * (4 if axis == 2 else 3))
+            self._nets[i, j] = np.ascontiguousarray(nets)
+        return self._nets[i, j]
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3)."""
@@ -118,7 +142,11 @@ class BSplineSurface(ParametricSurface):
     def jet(self, u: ArrayLike, v: ArrayLike, order: int = 1) -> Jet:
         """All derivatives (i, j) with i + j <= order, each (..., 3)."""
         a, b = self.parameters(u, v)
-        sums = {(i, k - i): self._combine(a, b, i, k - i) for k in range(order + 1) for i in range(k + 1)}
+        orders = [(i, k - i) for k in range(order + 1) for i in range(k + 1)]
+        sums: Jet = {}
+        if order and split_axes(a, b) is None:
+            sums[0, 0], sums[1, 0], sums[0, 1] = self._scatter(a, b, self._derived_nets(0, 0), 1)
+        sums.update({pair: self._combine(a, b, *pair) for pair in orders if pair not in sums})
         return sums if self.weights is None else self._divide(sums)
 
     @staticmethod
@@ -190,7 +218,8 @@ class BSplineSurface(ParametricSurface):
         a, b = self.knots
         rows = a.first[:, None] + np.arange(a.degree + 1)
         columns = b.first[:, None] + np.arange(b.degree + 1)
-        local = self._net[rows[:, None, :, None], columns[None, :, None, :]]
+        net = self._net if self.weights is not None else self._net[..., :3]
+        local = net[rows[:, None, :, None], columns[None, :, None, :]]
         return np.einsum("sai,tbj,stijc->stabc", a.extraction, b.extraction, local, optimize=True)
 
     @cached_property
