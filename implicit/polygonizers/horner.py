@@ -17,46 +17,60 @@ FloatArray = NDArray[np.float64]
 BrickArray = NDArray[np.int32]
 
 LANES = 64
+POINTS = 128
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"}, inline="always")
+def _sum_powers(rows: Any, e: Any, t: Any, out: Any) -> None:
+    """Set out to the sum of rows[0] to rows[e] times powers of t, up to four at a time; all are 64 long."""
+    if e == 0:
+        a = rows[0]
+        for k in range(LANES):
+            out[k] = a[k]
+    elif e == 1:
+        b, a = rows[1], rows[0]
+        for k in range(LANES):
+            out[k] = b[k] * t[k] + a[k]
+    elif e == 2:
+        c, b, a = rows[2], rows[1], rows[0]
+        for k in range(LANES):
+            out[k] = (c[k] * t[k] + b[k]) * t[k] + a[k]
+    elif e == 3:
+        d, c, b, a = rows[3], rows[2], rows[1], rows[0]
+        for k in range(LANES):
+            out[k] = ((d[k] * t[k] + c[k]) * t[k] + b[k]) * t[k] + a[k]
+    else:
+        g, d, c, b, a = rows[e], rows[e - 1], rows[e - 2], rows[e - 3], rows[e - 4]
+        for k in range(LANES):
+            out[k] = (((g[k] * t[k] + d[k]) * t[k] + c[k]) * t[k] + b[k]) * t[k] + a[k]
+        for f in range(e - 5, -1, -1):
+            a = rows[f]
+            for k in range(LANES):
+                out[k] = out[k] * t[k] + a[k]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def fill_bricks(tensor: Any, powers: Any, lines: Any, bricks: Any, samples: Any) -> None:
+def fill_bricks(powers: Any, lines: Any, bricks: Any, samples: Any) -> None:
     """Write the samples (n, 512) of bricks (n, 3): Horner's rule in z for 8 samples, in y for 64, in x for 512.
 
-    powers (3, planes) hold t^step of every plane; lines (bricks along z, nx, ny, 8) the sums over powers of z.
+    powers (3, planes) hold t^step of every plane; lines (bricks along z, nx, ny, 64) the sums over powers of z, for
+    all y alike.
     """
-    nx, ny = tensor.shape[0], tensor.shape[1]
-    plane = np.empty((nx, LANES))
+    nx, ny = lines.shape[1], lines.shape[2]
+    plane, t = np.empty((nx, LANES)), np.empty(LANES)
     for index in range(len(bricks)):
         bx, by, bz = bricks[index]
-        line = lines[bz]
+        for j in range(8):
+            v = powers[1, 7 * by + j]
+            for k in range(8):
+                t[8 * j + k] = v
         for a in range(nx):
-            row = plane[a]
-            for j in range(8):
-                for k in range(8):
-                    row[8 * j + k] = line[a, ny - 1, k]
-            for b in range(ny - 2, -1, -1):
-                for j in range(8):
-                    v = powers[1, 7 * by + j]
-                    for k in range(8):
-                        row[8 * j + k] = row[8 * j + k] * v + line[a, b, k]
+            _sum_powers(lines[bz, a], ny - 1, t, plane[a])
         for i in range(8):
             u = powers[0, 7 * bx + i]
-            out = samples[index, LANES * i : LANES * i + LANES]
             for k in range(LANES):
-                out[k] = plane[nx - 1, k]
-            for a in range(nx - 2, -1, -1):
-                row = plane[a]
-                for k in range(LANES):
-                    out[k] = out[k] * u + row[k]
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _step(high: Any, low: Any, by: Any, add: Any) -> None:
-    """One step of Horner's rule for a value and a derivative: high = high by + low, low = low by + add."""
-    for k in range(LANES):
-        high[k] = high[k] * by[k] + low[k]
-        low[k] = low[k] * by[k] + add[k]
+                t[k] = u
+            _sum_powers(plane, nx - 1, t, samples[index, LANES * i : LANES * i + LANES])
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -66,51 +80,70 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
     lengths (a, b): the number of powers of z up to the last coefficient that is not 0.
     """
     nx, ny = lengths.shape
-    t, slope = np.empty((3, LANES)), np.empty((3, LANES))
-    h, hz = np.empty(LANES), np.empty(LANES)
-    g, gy, gz = np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    f, fx, fy, fz = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    for base in range(0, points.shape[1], LANES):
-        n = min(LANES, points.shape[1] - base)
+    t, slope = np.zeros((3, POINTS)), np.empty((3, POINTS))
+    h, hz = np.empty(POINTS), np.empty(POINTS)
+    g, gy, gz = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
+    f, fx, fy, fz = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
+    for base in range(0, points.shape[1], POINTS):
+        n = min(POINTS, points.shape[1] - base)
         for axis in range(3):
-            for k in range(LANES):
-                t[axis, k] = points[axis, base + min(k, n - 1)]
-                slope[axis, k] = 1.0
+            source, own, factor = points[axis, base : base + n], t[axis], slope[axis]
+            own[:n] = source
+            factor[:] = 1.0
             for _ in range(steps[axis] - 1):
-                for k in range(LANES):
-                    slope[axis, k] *= t[axis, k]
-            for k in range(LANES):
-                t[axis, k] *= slope[axis, k]
-                slope[axis, k] *= steps[axis]
+                for k in range(POINTS):
+                    factor[k] *= own[k]
+            for k in range(POINTS):
+                own[k] *= factor[k]
+                factor[k] *= steps[axis]
         u, v, w = t[0], t[1], t[2]
         f[:], fx[:], fy[:], fz[:] = 0.0, 0.0, 0.0, 0.0
         for a in range(nx - 1, -1, -1):
             g[:], gy[:], gz[:] = 0.0, 0.0, 0.0
             for b in range(ny - 1, -1, -1):
-                length = lengths[a, b]
-                last = tensor[a, b, length - 1] if length else 0.0
-                for k in range(LANES):
-                    h[k] = last
-                    hz[k] = 0.0
-                for c in range(length - 2, -1, -1):
-                    coefficient = tensor[a, b, c]
-                    for k in range(LANES):
-                        hz[k] = hz[k] * w[k] + h[k]
-                        h[k] = h[k] * w[k] + coefficient
-                for k in range(LANES):
-                    gy[k] = gy[k] * v[k] + g[k]
-                    g[k] = g[k] * v[k] + h[k]
-                    gz[k] = gz[k] * v[k] + hz[k]
-            for k in range(LANES):
+                length, row = lengths[a, b], tensor[a, b]
+                if length == 0:
+                    for k in range(POINTS):
+                        gy[k] = gy[k] * v[k] + g[k]
+                        g[k] = g[k] * v[k]
+                        gz[k] = gz[k] * v[k]
+                elif length == 1:
+                    c0 = row[0]
+                    for k in range(POINTS):
+                        gy[k] = gy[k] * v[k] + g[k]
+                        g[k] = g[k] * v[k] + c0
+                        gz[k] = gz[k] * v[k]
+                elif length == 2:
+                    c0, c1 = row[0], row[1]
+                    for k in range(POINTS):
+                        gy[k] = gy[k] * v[k] + g[k]
+                        g[k] = g[k] * v[k] + (c1 * w[k] + c0)
+                        gz[k] = gz[k] * v[k] + c1
+                else:
+                    c0, c1, c2 = row[length - 3], row[length - 2], row[length - 1]
+                    for k in range(POINTS):
+                        h[k] = (c2 * w[k] + c1) * w[k] + c0
+                        hz[k] = 2.0 * c2 * w[k] + c1
+                    for c in range(length - 4, -1, -1):
+                        c0 = row[c]
+                        for k in range(POINTS):
+                            hz[k] = hz[k] * w[k] + h[k]
+                            h[k] = h[k] * w[k] + c0
+                    for k in range(POINTS):
+                        gy[k] = gy[k] * v[k] + g[k]
+                        g[k] = g[k] * v[k] + h[k]
+                        gz[k] = gz[k] * v[k] + hz[k]
+            for k in range(POINTS):
                 fx[k] = fx[k] * u[k] + f[k]
                 f[k] = f[k] * u[k] + g[k]
                 fy[k] = fy[k] * u[k] + gy[k]
                 fz[k] = fz[k] * u[k] + gz[k]
-        for k in range(n):
-            values[base + k] = f[k]
-            gradients[0, base + k] = fx[k] * slope[0, k]
-            gradients[1, base + k] = fy[k] * slope[1, k]
-            gradients[2, base + k] = fz[k] * slope[2, k]
+        values[base : base + n] = f[:n]
+        for axis in range(3):
+            out = gradients[axis, base : base + n]
+            d = fx if axis == 0 else (fy if axis == 1 else fz)
+            for k in range(n):
+                out[k] = d[k] * slope[axis, k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,13 +175,13 @@ class PolynomialSampler:
 
     @cached_property
     def _lines(self) -> FloatArray:
-        """(bricks along z, nx, ny, 8) the polynomials in z at the planes of each brick, by Horner's rule."""
+        """(bricks along z, nx, ny, 64) the polynomials in z at the planes of each brick, by Horner's rule."""
         planes = self._powers[2][7 * np.arange(self.lattice.bricks[2])[:, None] + np.arange(8)]
         lines = np.zeros((len(planes), *self.tensor.shape[:2], 8))
         for c in range(self.tensor.shape[2] - 1, -1, -1):
             lines *= planes[:, None, None, :]
             lines += self.tensor[:, :, c, None]
-        return lines
+        return np.tile(lines, 8)
 
     @cached_property
     def _lengths(self) -> NDArray[np.int64]:
@@ -158,7 +191,7 @@ class PolynomialSampler:
 
     def fill(self, first: int, last: int, samples: FloatArray) -> None:
         """Write f at the sample points of bricks `first` to `last` into samples (last - first, 512)."""
-        fill_bricks(self.tensor, self._powers, self._lines, self.bricks[first:last], samples)
+        fill_bricks(self._powers, self._lines, self.bricks[first:last], samples)
 
     def near(self, points: FloatArray, first: int, last: int, starts: Any) -> tuple[FloatArray, FloatArray]:
         """Values (n,) and gradients (3, n) at points (3, n)."""

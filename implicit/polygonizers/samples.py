@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.evaluate import Field, PolynomialField
+from implicit.evaluate import Field, PolynomialField, TapeField
 from implicit.polygonizers.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -70,4 +70,8 @@ def choose_sampler(surface: "Surface", lattice: Lattice) -> Sampler:
         from implicit.polygonizers.horner import PolynomialSampler
 
         return PolynomialSampler.over(field, lattice)
+    if isinstance(field, TapeField):
+        from implicit.polygonizers.tapes import TapeSampler
+
+        return TapeSampler.over(field, lattice)
     return FieldSampler(field, lattice, lattice.all_bricks())

@@ -1,0 +1,191 @@
+"""Samples and gradients of a tape, on the bricks where its range does not have one sign.
+
+Space is divided into 4 x 4 x 4 blocks again and again, down to single bricks. The 64 children of a block are enclosed
+together with the block's own tape; a child whose range has one sign is given up, the others go on with a tape from
+which all branches of min and max that cannot win there have been dropped.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from implicit.evaluate import TapeField
+from implicit.kernels.adjoint import differentiate
+from implicit.kernels.ranges import enclose
+from implicit.kernels.shorten import place_of, shorten
+from implicit.kernels.values import SIDE, WIDTH, evaluate, spread
+from implicit.polygonizers.lattice import Lattice
+
+FloatArray = NDArray[np.float64]
+BrickArray = NDArray[np.int32]
+
+_SPLIT = 4
+
+
+@njit(cache=True, nogil=True)
+def _descend(
+    code: Any, arguments: Any, rows: int, used: int, constants: Any, axes: Any, bricks: Any, levels: int, leaves: Any,
+    stack: Any,
+) -> int:  # fmt: skip
+    """Write a leaf (x, y, z, first row, rows) for each brick that may be crossed; how many, or -1 for lack of room.
+
+    The tape is in the first `rows` rows of `code`, its operands in the first `used` of `arguments`; shortened tapes are
+    written behind them.
+    """
+    low, high = np.empty((rows, 64)), np.empty((rows, 64))
+    scratch, work = np.empty((5, 64)), np.empty((2, rows), np.int32)
+    lower, upper = np.empty((3, _SPLIT)), np.empty((3, _SPLIT))
+    end, most, count, depth = rows, used, 0, 1
+    stack[0, :3] = 0
+    stack[0, 3], stack[0, 4], stack[0, 5] = levels, 0, rows
+    while depth > 0:
+        depth -= 1
+        level, start, length = stack[depth, 3], stack[depth, 4], stack[depth, 5]
+        width = _SPLIT ** (level - 1)
+        x, y, z = stack[depth, 0], stack[depth, 1], stack[depth, 2]
+        for axis in range(3):
+            for c in range(_SPLIT):
+                block = stack[depth, axis] + c * width
+                lower[axis, c] = axes[axis, 7 * min(block, bricks[axis])]
+                upper[axis, c] = axes[axis, 7 * min(block + width, bricks[axis])]
+        enclose(code, start, length, arguments, constants, lower, upper, 0, _SPLIT, low, high, scratch)
+        mask = code[start + length - 1, 3]
+        for i in range(min(_SPLIT, -(-(bricks[0] - x) // width))):
+            for j in range(min(_SPLIT, -(-(bricks[1] - y) // width))):
+                for k in range(min(_SPLIT, -(-(bricks[2] - z) // width))):
+                    place = place_of(mask, i, j, k, _SPLIT)
+                    if low[length - 1, place] >= 0.0 or high[length - 1, place] < 0.0:
+                        continue
+                    if end + length > len(code) or most + used > len(arguments):
+                        return -1
+                    if count == len(leaves) or depth + 1 > len(stack):
+                        return -1
+                    kept, last = shorten(
+                        code, start, length, arguments, low, high, i, j, k, _SPLIT, end, most, work
+                    )  # fmt: skip
+                    target = start
+                    if kept < length:
+                        target, end, most = end, end + kept, last
+                    corner = (x + i * width, y + j * width, z + k * width)
+                    if level == 1:
+                        leaves[count, 0], leaves[count, 1], leaves[count, 2] = corner
+                        leaves[count, 3], leaves[count, 4] = target, kept
+                        count += 1
+                    else:
+                        stack[depth, 0], stack[depth, 1], stack[depth, 2] = corner
+                        stack[depth, 3], stack[depth, 4], stack[depth, 5] = level - 1, target, kept
+                        depth += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _fill(code: Any, arguments: Any, constants: Any, axes: Any, leaves: Any, registers: Any, samples: Any) -> None:
+    """Write the samples (n, 512) of leaves."""
+    scratch, planes = np.empty((3, WIDTH)), np.empty((3, SIDE))
+    for index in range(len(leaves)):
+        for axis in range(3):
+            for k in range(SIDE):
+                planes[axis, k] = axes[axis, 7 * leaves[index, axis] + k]
+        start, count = leaves[index, 3], leaves[index, 4]
+        evaluate(code, start, count, arguments, constants, planes, 0, SIDE, registers, scratch)
+        mask = code[start + count - 1, 3]
+        spread(samples[index], registers[count - 1], mask, 7, SIDE)
+
+
+@njit(cache=True, nogil=True)
+def _near(
+    code: Any, arguments: Any, constants: Any, leaves: Any, starts: Any, points: Any, registers: Any, adjoints: Any,
+    values: Any, gradients: Any,
+) -> None:  # fmt: skip
+    """Values (n,) and gradients (3, n) at points (3, n), by the tape of the leaf that each belongs to."""
+    scratch, slopes, part = np.empty((3, WIDTH)), np.empty((3, WIDTH)), np.empty((3, WIDTH))
+    index = 0
+    while index < len(leaves):
+        start, count = leaves[index, 3], leaves[index, 4]
+        first = starts[index]
+        index += 1
+        while (
+            index < len(leaves)
+            and leaves[index, 3] == start
+            and leaves[index, 4] == count
+            and starts[index + 1] - first <= SIDE**3
+        ):
+            index += 1
+        for base in range(first, starts[index], SIDE**3):
+            n = min(SIDE**3, starts[index] - base)
+            for axis in range(3):
+                part[axis, :n] = points[axis, base : base + n]
+            evaluate(code, start, count, arguments, constants, part, n, SIDE, registers, scratch)
+            differentiate(code, start, count, arguments, constants, n, registers, adjoints, slopes, scratch)
+            values[base : base + n] = registers[count - 1, :n]
+            for axis in range(3):
+                gradients[axis, base : base + n] = slopes[axis, :n]
+
+
+@dataclass(frozen=True, eq=False)
+class TapeSampler:
+    """Samples a tape on the bricks that its ranges do not rule out.
+
+    leaves (n, 5): a brick, and the first row and number of rows of its own tape in `code`.
+    """
+
+    field: TapeField
+    lattice: Lattice
+    code: NDArray[np.int32]
+    arguments: NDArray[np.int32]
+    leaves: NDArray[np.int32]
+
+    @classmethod
+    def over(cls, field: TapeField, lattice: Lattice) -> "TapeSampler":
+        """The sampler of a tape over a lattice."""
+        tape = field.tape
+        levels = 1
+        while _SPLIT**levels < max(lattice.bricks):
+            levels += 1
+        x, y, z = sorted(lattice.bricks)
+        room = 4096 + 4 * y * z
+        while True:
+            code = np.empty((len(tape) + 24 * room, 4), np.int32)
+            arguments = np.empty(len(tape.arguments) + 4 * room, np.int32)
+            code[: len(tape)], arguments[: len(tape.arguments)] = tape.code, tape.arguments
+            leaves, stack = np.empty((room, 5), np.int32), np.empty((64 * levels + 64, 6), np.int32)
+            count = _descend(
+                code, arguments, len(tape), len(tape.arguments), tape.constants, lattice.padded, lattice.bricks, levels,
+                leaves, stack,
+            )  # fmt: skip
+            if count >= 0:
+                break
+            room *= 3
+        leaves = leaves[:count]
+        key = (leaves[:, 0].astype(np.int64) * lattice.bricks[1] + leaves[:, 1]) * lattice.bricks[2] + leaves[:, 2]
+        return cls(field, lattice, code, arguments, leaves[np.argsort(-key)])
+
+    @property
+    def bricks(self) -> BrickArray:
+        """The bricks (n, 3) in the order of the sweep."""
+        return self.leaves[:, :3]
+
+    def fill(self, first: int, last: int, samples: FloatArray) -> None:
+        """Write f at the sample points of bricks `first` to `last` into samples (last - first, 512)."""
+        leaves = self.leaves[first:last]
+        registers = np.empty((int(leaves[:, 4].max()), WIDTH))
+        _fill(self.code, self.arguments, self.field.tape.constants, self.lattice.padded, leaves, registers, samples)
+
+    def near(self, points: FloatArray, first: int, last: int, starts: Any) -> tuple[FloatArray, FloatArray]:
+        """Values (n,) and gradients (3, n) at points (3, n); those from starts[i] on lie in brick first + i."""
+        leaves = self.leaves[first:last]
+        registers, adjoints = (np.empty((int(leaves[:, 4].max()), WIDTH)) for _ in range(2))
+        values, gradients = np.empty(points.shape[1]), np.empty(points.shape)
+        _near(
+            self.code, self.arguments, self.field.tape.constants, leaves, starts, points, registers, adjoints, values,
+            gradients,
+        )  # fmt: skip
+        return values, gradients
+
+    def anywhere(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n,) and gradients (3, n) at points (3, n)."""
+        values, gradients = self.field.gradients(np.ascontiguousarray(points.T))
+        return values, np.ascontiguousarray(gradients.T)
