@@ -199,8 +199,8 @@ def test_number_fields():
     for coordinates, degree in (
         ((sqrt(2) * u, v, u * v), 2),
         ((cos(u + pi / 4), 2 * sin(u), v), 2),
-        ((sqrt(2) * u + sqrt(3) * v, u * v, u**2), 4),
-        ((u + sympy.cbrt(2) * v, u * v, u**2), 4),
+        ((sqrt(2) * u + sqrt(3) * v, u * v, u**2), 3),
+        ((u + sympy.cbrt(2) * v, u * v, u**2), 3),
         ((u / sqrt(1 + sqrt(5)), v, u**2 - v**2), 2),
     ):
         surface = implicitize(coordinates, (u, v))
