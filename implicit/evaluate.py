@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, TypeAlias
@@ -129,69 +128,6 @@ class TapeField:
         from implicit.interval import tape_ranges
 
         return tape_ranges(self.tape, boxes)
-
-
-@dataclass(frozen=True)
-class CallableField:
-    """A vectorised function of points (n, 3), known only by its values.
-
-    Without a `gradient` derivatives are central differences. Ranges are finite only with a Lipschitz constant.
-    """
-
-    function: Callable[[Floats], Floats]
-    gradient: Callable[[Floats], Floats] | None = None
-    lipschitz: float | None = None
-
-    def values(self, points: Floats) -> Floats:
-        """The values (n,)."""
-        result = np.asarray(self.function(np.array(points, dtype=float)), dtype=float)
-        if result.shape != (len(points),):
-            raise ValueError(
-                f"the function was given points of shape {np.shape(points)} and should return ({len(points)},), "
-                f"it returned {result.shape}"
-            )
-        return result
-
-    def gradients(self, points: Floats) -> tuple[Floats, Floats]:
-        """The values (n,) and gradients (n, 3)."""
-        values = self.values(points)
-        if self.gradient is None:
-            return values, _differences(self.values, points, np.cbrt(np.finfo(float).eps))
-        slopes = np.asarray(self.gradient(np.array(points, dtype=float)), dtype=float)
-        if slopes.shape != (len(points), 3):
-            raise ValueError(f"the gradient should return shape ({len(points)}, 3), it returned {slopes.shape}")
-        return values, slopes
-
-    def hessians(self, points: Floats) -> Floats:
-        """The second derivatives (n, 3, 3), by differences of gradients."""
-        step = np.finfo(float).eps ** (1 / 3 if self.gradient else 1 / 5)
-        raw = _differences(lambda p: self.gradients(p)[1], points, step)
-        return np.asarray((raw + raw.swapaxes(-1, -2)) / 2)
-
-    def ranges(self, boxes: Floats) -> Floats:
-        """Bounds (K, 2) around the value at the centre, infinite without a Lipschitz constant."""
-        if self.lipschitz is None:
-            return np.tile([-np.inf, np.inf], (len(boxes), 1))
-        centers = boxes.mean(axis=1)
-        radii = np.linalg.norm(np.maximum(boxes[:, 1] - centers, centers - boxes[:, 0]), axis=1)
-        values = self.values(centers)
-        reach = self.lipschitz * radii * (1 + 1e-12) + 1e-12 * np.abs(values)
-        bounds = np.stack([values - reach, values + reach], axis=1)
-        return np.where(np.isfinite(bounds), bounds, [-np.inf, np.inf])
-
-
-def _differences(function: Callable[[Floats], Floats], points: Floats, relative: float) -> Floats:
-    """Central differences along x, y, z, stacked last."""
-    scale = np.maximum(1.0, np.abs(points).max(axis=-1, initial=0.0)) * relative
-    columns = []
-    for axis in range(3):
-        step = np.zeros((len(points), 3))
-        step[:, axis] = scale
-        high, low = points + step, points - step
-        width = high[:, axis] - low[:, axis]
-        change = function(high) - function(low)
-        columns.append(change / width.reshape(-1, *[1] * (change.ndim - 1)))
-    return np.stack(columns, axis=-1)
 
 
 def _plain(points: Floats) -> Floats:

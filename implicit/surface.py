@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
+from dataclasses import field as kept
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,13 +12,17 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
-from implicit.errors import NotPolynomialError, SingularPointError
+from implicit import differential
+from implicit.differential import Curvature
+from implicit.errors import NotPolynomialError
 from implicit.formula import parse
 from implicit.notation import write
 from implicit.reading import to_expression, to_parameters
 from implicit.trees import Packed, pack, unpack, x, y, z
 
 if TYPE_CHECKING:
+    from implicit.distance import Distance
+    from implicit.domain import Bounds
     from implicit.evaluate import Field
     from implicit.expand import Expansion
     from implicit.implicitize.certificate import Certificate
@@ -25,19 +31,6 @@ if TYPE_CHECKING:
 __all__ = ["Curvature", "Surface", "x", "y", "z"]
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Curvature:
-    """Curvatures at points (...,), positive where the surface bends away from its normal, as on a sphere.
-
-    `gaussian` and `mean` (...,), `principal` (..., 2) largest first, `directions` (..., 2, 3) unit vectors.
-    """
-
-    gaussian: Floats
-    mean: Floats
-    principal: Floats
-    directions: Floats
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -68,21 +61,63 @@ class Surface:
     (-9.0, array([0., 0., 6.]), 2)
     """
 
-    expression: sympy.Expr
-    certificate: Certificate | None = field(default=None, compare=False)  # of an implicitization, and what it proves
+    expression: sympy.Expr | None  # None for a function without a formula
+    black_box: Field | None = None  # such a function
+    distance: Distance | None = kept(default=None, compare=False)  # the signed distance, where it is known
+    certificate: Certificate | None = kept(default=None, compare=False)  # of an implicitization, and what it proves
 
     def __init__(self, expression: str | sympy.Expr | sympy.Eq, **parameters: object) -> None:
         values = to_parameters(parameters)
         read = parse(expression, values) if isinstance(expression, str) else to_expression(expression, values)
-        object.__setattr__(self, "expression", to_expression(read, {}, needs_variables=True))
+        self.__dict__["expression"] = to_expression(read, {}, needs_variables=True)
+
+    @classmethod
+    def _make(cls, **values: object) -> Surface:
+        surface = object.__new__(cls)
+        surface.__dict__.update(values)
+        return surface
+
+    @classmethod
+    def from_expression(cls, expression: sympy.Expr, distance: Distance | None = None) -> Surface:
+        """From an expression in this module's x, y, z, taken as it is, and the signed distance where known."""
+        return cls._make(expression=expression, distance=distance)
+
+    @classmethod
+    def from_field(cls, field: Field) -> Surface:
+        """From the numeric side alone."""
+        return cls._make(expression=None, black_box=field)
+
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[[Floats], Floats],
+        gradient: Callable[[Floats], Floats] | None = None,
+        bounds: Bounds | float | None = None,
+        lipschitz: float | None = None,
+    ) -> Surface:
+        """From a vectorised function of points (n, 3) that returns (n,), and perhaps its gradient (n, 3).
+
+        The function is called only inside `bounds`. Space is skipped only with a Lipschitz constant: a number L with
+        |f(p) - f(q)| <= L |p - q| everywhere. Nothing else is known of such a surface: its expression is None.
+
+        >>> ball = Surface.from_function(lambda p: (p**2).sum(axis=1) - 1)
+        >>> ball.gradient((0, 0, 1)).round(6)
+        array([0., 0., 2.])
+        """
+        from implicit.blackbox import CallableField
+        from implicit.domain import to_bounds
+
+        if not callable(function):
+            raise ValueError(f"a function of points (n, 3) was wanted, got {function!r}")
+        if lipschitz is not None and not (np.isfinite(lipschitz) and lipschitz > 0):
+            raise ValueError(f"a Lipschitz constant is positive and finite, got {lipschitz!r}")
+        domain = None if bounds is None else to_bounds(bounds)
+        return cls.from_field(CallableField(function, gradient, domain, lipschitz))
 
     @classmethod
     def from_polynomial(cls, polynomial: Polynomial, certificate: Certificate | None = None) -> Surface:
         """The surface of an exact polynomial, not expanded again."""
-        surface = object.__new__(cls)
-        object.__setattr__(surface, "expression", polynomial.to_sympy())
-        object.__setattr__(surface, "certificate", certificate)
-        surface.__dict__["polynomial"] = polynomial
+        surface = cls._make(expression=polynomial.to_sympy(), certificate=certificate, polynomial=polynomial)
         if polynomial.field is None:
             from implicit.expand import Expansion
 
@@ -94,7 +129,7 @@ class Surface:
         from implicit.expand import expand
 
         try:
-            return expand(self.expression)
+            return expand(self.expression) if self.expression is not None else None
         except NotPolynomialError:
             return None
 
@@ -122,6 +157,8 @@ class Surface:
         """The numeric side: values, gradients, Hessians and guaranteed ranges of arrays of points (n, 3)."""
         from implicit.fields import make_field
 
+        if self.black_box is not None:
+            return self.black_box
         return make_field(self.expression, self._expansion, self.polynomial)
 
     def __call__(self, points: ArrayLike) -> Floats:
@@ -148,21 +185,7 @@ class Surface:
         array([0., 0., 1.])
         """
         flat, shape = _flat(points)
-        return self._unit_gradients(flat)[0].reshape(*shape, 3)
-
-    def _unit_gradients(self, points: Floats) -> tuple[Floats, Floats]:
-        """Unit normals (n, 3) and gradient lengths (n,)."""
-        gradients = self.field.gradients(points)[1]
-        lengths = np.linalg.norm(gradients, axis=1)
-        small = ~(lengths > 1e-3)
-        if small.any():
-            bend = np.abs(self.field.hessians(points[small])).max(axis=(1, 2), initial=0.0)
-            reach = np.maximum(1.0, np.abs(points[small]).max(axis=1))
-            bad = ~(lengths[small] > 1e-14 * bend * reach) | ~np.isfinite(lengths[small])
-            if bad.any():
-                place = tuple(float(c) for c in points[small][bad][0])
-                raise SingularPointError(f"a normal was asked for at {place}, where the gradient vanishes")
-        return gradients / lengths[:, None], lengths
+        return differential.unit_gradients(self.field, flat)[0].reshape(*shape, 3)
 
     def tangent_plane(self, point: ArrayLike) -> Surface:
         """The plane grad f (p) . (q - p) = 0 touching the level set through the point p (3,).
@@ -173,7 +196,7 @@ class Surface:
         flat, shape = _flat(point)
         if shape:
             raise ValueError(f"one point (3,) was wanted, got shape {(*shape, 3)}")
-        self._unit_gradients(flat)
+        differential.unit_gradients(self.field, flat)
         gradient, place = (
             [sympy.Rational(repr(float(c))) for c in row] for row in (self.field.gradients(flat)[1][0], flat[0])
         )
@@ -186,31 +209,89 @@ class Surface:
         The sphere of radius r has principal curvatures 1/r, 1/r. Raises SingularPointError where the gradient vanishes.
         """
         flat, shape = _flat(points)
-        normals, lengths = self._unit_gradients(flat)
-        tangents = _tangents(normals)
-        forms = tangents @ self.field.hessians(flat) @ tangents.swapaxes(1, 2) / lengths[:, None, None]
-        values, vectors = np.linalg.eigh((forms + forms.swapaxes(1, 2)) / 2)
-        principal, vectors = values[:, ::-1], vectors[:, :, ::-1].swapaxes(1, 2)
-        directions = vectors @ tangents
+        found = differential.curvature(self.field, flat)
         return Curvature(
-            gaussian=_scalar(principal.prod(axis=1).reshape(shape)),
-            mean=_scalar(principal.mean(axis=1).reshape(shape)),
-            principal=principal.reshape(*shape, 2),
-            directions=directions.reshape(*shape, 2, 3),
+            _scalar(found.gaussian.reshape(shape)),
+            _scalar(found.mean.reshape(shape)),
+            found.principal.reshape(*shape, 2),
+            found.directions.reshape(*shape, 2, 3),
         )
 
+    def __or__(self, other: Surface) -> Surface:
+        """Union: where either solid is."""
+        return _combine("union", self, other)
+
+    def __and__(self, other: Surface) -> Surface:
+        """Intersection: where both solids are."""
+        return _combine("intersection", self, other)
+
+    def __sub__(self, other: Surface) -> Surface:
+        """Difference: where this solid is and the other is not."""
+        return _combine("difference", self, other)
+
+    def __invert__(self) -> Surface:
+        """Complement: inside and outside exchanged."""
+        return _combine("complement", self)
+
+    def transform(self, matrix: ArrayLike) -> Surface:
+        """The surface moved by p -> M p + t, a matrix (3, 3), or (4, 4) with last row (0, 0, 0, 1), acting on columns.
+
+        >>> Surface("x^2 + y^2 + z^2 = 1").transform([[2, 0, 0], [0, 1, 0], [0, 0, 1]])
+        Surface("x^2/4 + y^2 + z^2 - 1")
+        """
+        from implicit.motion import transform
+
+        return transform(self, matrix)
+
+    def translate(self, vector: ArrayLike) -> Surface:
+        """The surface moved by a vector (3,)."""
+        from implicit.motion import translate
+
+        return translate(self, vector)
+
+    def rotate(self, angle: object, axis: ArrayLike = (0, 0, 1), center: ArrayLike = (0, 0, 0)) -> Surface:
+        """The surface turned by an angle in radians about an axis through `center`, counter-clockwise seen from ahead.
+
+        sympy angles such as pi/6 stay exact, and so do quarter turns.
+        """
+        from implicit.motion import rotate
+
+        return rotate(self, angle, axis, center)
+
+    def scale(self, factor: object, center: ArrayLike = (0, 0, 0)) -> Surface:
+        """The surface scaled from `center` by one factor, or by three along x, y and z."""
+        from implicit.motion import scale
+
+        return scale(self, factor, center)
+
     def __repr__(self) -> str:
+        if self.expression is None:
+            return f"Surface.from_field({self.black_box!r})"
         return f'Surface("{write(self.expression)}")'
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _restore, (pack(self.expression), self.certificate)
+        if self.expression is None:
+            return Surface.from_field, (self.black_box,)
+        known = self.distance
+        packed = None if known is None else (pack(known.expression), known.outside, known.inside)
+        return _restore, (pack(self.expression), packed)
 
 
-def _restore(packed: Packed, certificate: Certificate | None) -> Surface:
-    surface = object.__new__(Surface)
-    object.__setattr__(surface, "certificate", certificate)
-    object.__setattr__(surface, "expression", unpack(packed))
-    return surface
+def _combine(verb: str, *surfaces: Surface) -> Surface:
+    from implicit import combine
+
+    for surface in surfaces:
+        if not isinstance(surface, Surface):
+            raise TypeError(f"surfaces combine with surfaces, got {surface!r}")
+    result: Surface = getattr(combine, verb)(*surfaces)
+    return result
+
+
+def _restore(packed: Packed, known: tuple[Packed, bool, bool] | None) -> Surface:
+    from implicit.distance import Distance
+
+    distance = None if known is None else Distance(unpack(known[0]), known[1], known[2])
+    return Surface.from_expression(unpack(packed), distance)
 
 
 def _flat(points: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
@@ -225,11 +306,3 @@ def _flat(points: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
 
 def _scalar(values: Floats) -> Floats:
     return values if values.ndim else values[()]
-
-
-def _tangents(normals: Floats) -> Floats:
-    """Two unit vectors (n, 2, 3) across each unit normal (n, 3)."""
-    least = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(normals, least)
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(normals, first)], axis=1)

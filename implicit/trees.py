@@ -68,6 +68,8 @@ def substitute(expression: sympy.Expr, values: Mapping[sympy.Symbol, sympy.Expr]
             new[node] = build(node.func, *arguments)
         elif all(a is b for a, b in zip(arguments, node.args, strict=True)):
             new[node] = node
+        elif isinstance(node, sympy.Pow) and isinstance(arguments[0], sympy.Add):
+            new[node] = build(sympy.Pow, *arguments)  # sympy would ask for the sign of the base, at length
         else:
             new[node] = node.func(*arguments)
     return new[expression]

@@ -1,4 +1,4 @@
-"""A tape without what cannot matter in one box: branches of min and max that cannot win, signs that abs need not change.
+"""A tape without what cannot matter in one box: branches of min and max that cannot win, abs of what has one sign.
 
 The shortened tape computes the same values, bit for bit, at every sample in the box.
 """
