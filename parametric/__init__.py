@@ -22,14 +22,18 @@ if TYPE_CHECKING:
     from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
     from parametric.coons import coons, coons_triangle, gordon, loft, ruled
     from parametric.curve import FunctionCurve, ParametricCurve
+    from parametric.edges import Edge
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
     from parametric.frames import minimal_frames
     from parametric.knots import KnotVector
     from parametric.place import rotation, scaling, translation
     from parametric.revolve import revolve
+    from parametric.shell import EdgeReport, Shell
     from parametric.surface import ParametricSurface
     from parametric.sweep import extrude, sweep, transform_sweep
+    from parametric.teapot import teapot
     from parametric.tensor import BezierSurface, BSplineSurface
+    from parametric.tessellate import SurfaceMesh, tessellate
 
 _HOMES = {
     "area": "analysis",
@@ -65,12 +69,18 @@ _HOMES = {
     "scaling": "place",
     "translation": "place",
     "revolve": "revolve",
+    "Edge": "edges",
+    "EdgeReport": "shell",
+    "Shell": "shell",
     "ParametricSurface": "surface",
     "extrude": "sweep",
     "sweep": "sweep",
     "transform_sweep": "sweep",
+    "teapot": "teapot",
     "BezierSurface": "tensor",
     "BSplineSurface": "tensor",
+    "SurfaceMesh": "tessellate",
+    "tessellate": "tessellate",
 }
 
 make_lazy(__name__, _HOMES)
