@@ -72,6 +72,11 @@ class Polynomial:
         long = {(*e, n): _q(q) for e, c in terms.items() for n, q in enumerate(c)}  # type: ignore[arg-type]
         return cls(_reduce(ring(1).from_dict(long), field), field)
 
+    @classmethod
+    def over(cls, value: flint.fmpq_mpoly, field: NumberField | None) -> Polynomial:
+        """From a flint polynomial in which powers of w may be as high as they like."""
+        return cls(_reduce(value, field), field)
+
     def _lowered(self) -> Polynomial:
         """Over Q when w does not occur."""
         if self.field is None or self.flint.degrees()[3] > 0:
@@ -138,7 +143,7 @@ class Polynomial:
         parts = [_lift(p, field) for p in (a, b, c)]
         extra = ring(1).gens()[3:] if field else ()
         whole = _lift(self, field).compose(*parts, *extra, ctx=ring(1) if field else ring())
-        return Polynomial(_reduce(whole, field), field)
+        return Polynomial.over(whole, field)
 
     def shifted(self, center: Sequence[Fraction | float]) -> Polynomial:
         """The polynomial p(x + a, y + b, z + c), exactly, for rational a, b, c."""
@@ -156,7 +161,7 @@ class Polynomial:
 
     @property
     def square_free(self) -> Polynomial:
-        """The product of the distinct irreducible factors: the same surface without multiplicities."""
+        """The product of the distinct irreducible factors, up to a constant: the surface without multiplicities."""
         from implicit.factor import square_free
 
         return square_free(self)
@@ -185,7 +190,7 @@ class Polynomial:
 
     def __mul__(self, other: Polynomial | int | Fraction) -> Polynomial:
         a, b, field = self._with(other)
-        return Polynomial(_reduce(a * b, field), field)
+        return Polynomial.over(a * b, field)
 
     __radd__, __rmul__ = __add__, __mul__
 
