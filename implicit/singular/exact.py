@@ -90,27 +90,29 @@ def recognise(jet: Jet, point: CriticalPoint) -> ExactPoint | None:
     return proposal if near else None
 
 
-def propose(center: list[arb], field: Field) -> ExactPoint | None:
-    """Coordinates in a field of low degree that agree with the center to BITS bits and contain w."""
-    with precision(BITS + 64):
+def propose(center: list[arb], field: Field, bits: int = BITS) -> ExactPoint | None:
+    """Coordinates in a field of low degree that agree with the center to `bits` bits and contain w."""
+    with precision(bits + 64):
         w = field.root
         values = [*center, w]
         theta = sum((a * v for a, v in zip(_MIX, values, strict=True)), arb(0))
         for degree in range(1, MAX_DEGREE + 1):
             if degree % field.degree and field.degree > 1:
                 continue
-            found = relation([theta**0 if n == 0 else theta**n for n in range(degree + 1)], BITS)
+            found = relation([theta**0 if n == 0 else theta**n for n in range(degree + 1)], bits)
             if found is not None and found[-1]:
                 modulus = fmpq_poly(found) / found[-1]
-                return _coordinates(values, theta, modulus, field)
+                return _coordinates(values, theta, modulus, field, bits)
     return None
 
 
-def _coordinates(values: list[arb], theta: arb, modulus: fmpq_poly, field: Field) -> ExactPoint | None:
+def _coordinates(
+    values: list[arb], theta: arb, modulus: fmpq_poly, field: Field, bits: int
+) -> ExactPoint | None:
     powers = [theta**n if n else arb(1) for n in range(int(modulus.degree()))]
     forms = []
     for v in values:
-        found = relation([-v, *powers], BITS)
+        found = relation([-v, *powers], bits)
         if found is None or not found[0]:
             return None
         forms.append(fmpq_poly([fmpq(c, found[0]) for c in found[1:]]))

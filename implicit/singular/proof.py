@@ -117,6 +117,12 @@ def _step(jet: Jet, p: Point, bits: int) -> arb_mat:
         return _middle(jet.hessian(p, bits)).solve(_middle(jet.gradient(p, bits)))
 
 
+def newton_step(jet: Jet, p: Point, bits: int) -> Point:
+    """The inverse Hessian times the gradient; ZeroDivisionError where that is not defined."""
+    step = _step(jet, p, bits)
+    return step[0, 0].mid(), step[1, 0].mid(), step[2, 0].mid()
+
+
 def polish(jet: Jet, start: NDArray[np.float64], size: float) -> CriticalPoint | None:
     """The critical point near `start`, proved to be the only one in a cube around it; None where that fails."""
     bits = FIRST_BITS

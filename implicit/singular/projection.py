@@ -1,0 +1,122 @@
+"""The curves of singular points, all complex ones, in exact form: a plane projection and the way back from it.
+
+In general coordinates (X, Y, Z) the curve of degree d lies over the plane curve P(X, Y) = 0 of degree d, and on it
+Z dP/dY = R(X, Y), w dP/dY = S(X, Y) (Kronecker's form). The polynomials are interpolated from slices X = constant
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from flint import Ordering, fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx, fmpq_poly
+
+from implicit.singular.form import Form
+from implicit.singular.ideal import RATIONAL, coordinates, radical_of, singular_equations
+from implicit.singular.region import Deadline
+
+_POOR = 4  # slices that may meet special points before the direction is given up
+PLANE = fmpq_mpoly_ctx.get(("X", "Y"), Ordering.lex)
+
+# General directions: (x, y, z) = matrix (X, Y, Z), unimodular; the next is tried where one is not general enough.
+_TURNS = (
+    ((1, 2, -1), (1, 3, 1), (0, 1, 3)),
+    ((1, -3, 2), (2, -5, 1), (1, -2, 0)),
+    ((1, 1, 4), (-2, -1, -5), (3, 1, 7)),
+    ((2, 5, 3), (1, 3, -2), (-1, -3, 3)),
+)
+
+
+@dataclass(frozen=True)
+class Projection:
+    """The curve over P = 0: `plane` is P, `height` R and `number` S; `turn` maps (X, Y, Z) to (x, y, z)."""
+
+    plane: fmpq_mpoly
+    height: fmpq_mpoly
+    number: fmpq_mpoly
+    turn: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def parts(self) -> list[fmpq_mpoly]:
+        """The irreducible factors of P over Q."""
+        return [p for p, _ in self.plane.factor()[1]]
+
+
+def project(form: Form, deadline: Deadline) -> Projection | None:
+    """The complex curves of singular points; P = 1 where there are none, None where that was not found out."""
+    for turn in _TURNS:
+        slices = _slices(turned(singular_equations(form), turn), deadline)
+        if slices is not None:
+            return _interpolate(slices, turn)
+        if deadline.passed:
+            return None
+    return None
+
+
+def turned(equations: list[fmpq_mpoly], turn: tuple[tuple[int, ...], ...]) -> list[fmpq_mpoly]:
+    """The equations in X, Y, Z."""
+    gens = RATIONAL.gens()
+    images = [sum((g * c for g, c in zip(gens[:3], row, strict=True)), start=gens[0] * 0) for row in turn]
+    return [e.compose(*images, *gens[3:], ctx=RATIONAL) for e in equations]
+
+
+Slice = tuple[fmpq_poly, fmpq_poly, fmpq_poly]
+
+
+def _slices(equations: list[fmpq_mpoly], deadline: Deadline) -> list[tuple[fmpq, Slice]] | None:
+    """Slices X = c: the polynomial of the Y of its points, and Z and w times the derivative of it."""
+    found: list[tuple[fmpq, Slice]] = []
+    degree, poor = -1, 0
+    for c in _places():
+        if deadline.passed or poor > _POOR:
+            return None
+        slice_ = _slice(equations, c)
+        if slice_ is None or slice_[0].degree() < degree:
+            poor += 1
+            continue
+        if slice_[0].degree() > degree:
+            degree, found, poor = int(slice_[0].degree()), [], poor + len(found)
+        found.append((c, slice_))
+        if len(found) == degree + 3:
+            return found
+    return None
+
+
+def _places() -> Iterator[fmpq]:
+    for n in range(200):
+        yield fmpq((n + 1) // 2 * (-1) ** n) + fmpq(1, 3)
+
+
+def _slice(equations: list[fmpq_mpoly], c: fmpq) -> Slice | None:
+    gens = RATIONAL.gens()
+    cut = [e.compose(gens[0] * 0 + c, *gens[1:], ctx=RATIONAL) for e in equations]
+    radical = radical_of([*cut, gens[0]])
+    if radical is None:
+        return None
+    if radical.is_everything:
+        return fmpq_poly([1]), fmpq_poly([0]), fmpq_poly([0])
+    found = coordinates(radical, 1, (2, 3))
+    if found is None:
+        return None
+    minimal, (z, w) = found
+    slope = minimal.derivative()
+    return minimal, z * slope % minimal, w * slope % minimal
+
+
+def _interpolate(slices: list[tuple[fmpq, Slice]], turn: tuple[tuple[int, ...], ...]) -> Projection | None:
+    """The polynomials in X and Y; None unless the last two slices confirm the degrees in X."""
+    degree = int(slices[0][1][0].degree())
+    places = [c for c, _ in slices]
+    vandermonde = fmpq_mat([[c**n for n in range(len(places))] for c in places])
+    out = []
+    for which in range(3):
+        rows = [[s[which][n] for n in range(degree + 1)] for _, s in slices]
+        solved = vandermonde.solve(fmpq_mat(rows))
+        terms = {}
+        for n in range(degree + 1):
+            for power in range(len(places)):
+                if solved[power, n] != 0:
+                    if power + n > degree:
+                        return None
+                    terms[power, n] = solved[power, n]
+        out.append(PLANE.from_dict(terms))
+    return Projection(out[0], out[1], out[2], turn)
