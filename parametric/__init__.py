@@ -20,11 +20,15 @@ if TYPE_CHECKING:
     from parametric.bspline import BezierCurve, BSplineCurve, HermiteCurve, ParabolicBlend, line, polyline
     from parametric.caps import cap
     from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
+    from parametric.continuity import ContinuityReport, continuity, make_c0, make_c1, make_g1
     from parametric.coons import coons, coons_triangle, gordon, loft, ruled
     from parametric.curve import FunctionCurve, ParametricCurve
     from parametric.edges import Edge
+    from parametric.fit import approximate, fit_scattered, interpolate, interpolate_curve
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
     from parametric.frames import minimal_frames
+    from parametric.graph import graph, polynomial_coefficients
+    from parametric.hermite import HermitePatch
     from parametric.knots import KnotVector
     from parametric.place import rotation, scaling, translation
     from parametric.revolve import revolve
@@ -51,6 +55,11 @@ _HOMES = {
     "helix": "conic",
     "hyperbola": "conic",
     "parabola": "conic",
+    "continuity": "continuity",
+    "ContinuityReport": "continuity",
+    "make_c0": "continuity",
+    "make_c1": "continuity",
+    "make_g1": "continuity",
     "coons": "coons",
     "coons_triangle": "coons",
     "gordon": "coons",
@@ -58,18 +67,25 @@ _HOMES = {
     "ruled": "coons",
     "FunctionCurve": "curve",
     "ParametricCurve": "curve",
+    "Edge": "edges",
+    "approximate": "fit",
+    "fit_scattered": "fit",
+    "interpolate": "fit",
+    "interpolate_curve": "fit",
     "FormulaCurve": "formula",
     "FormulaSurface": "formula",
     "t": "formula",
     "u": "formula",
     "v": "formula",
     "minimal_frames": "frames",
+    "graph": "graph",
+    "polynomial_coefficients": "graph",
+    "HermitePatch": "hermite",
     "KnotVector": "knots",
     "rotation": "place",
     "scaling": "place",
     "translation": "place",
     "revolve": "revolve",
-    "Edge": "edges",
     "EdgeReport": "shell",
     "Shell": "shell",
     "ParametricSurface": "surface",

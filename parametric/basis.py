@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from parametric.parameters import Array
 
 
-@numba.njit(cache=True, inline="never")
+@numba.njit(cache=True, error_model="numpy")
 def _weigh(t: float, breaks: Array, table: Array, bernstein: Array, out: Array) -> int:
     """Fill `out` (p+1,) with the functions that live on the span of t; the span's index.
 
@@ -43,7 +43,7 @@ def _weigh(t: float, breaks: Array, table: Array, bernstein: Array, out: Array) 
     return low
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def weigh(t: Array, breaks: Array, table: Array) -> tuple[NDArray[np.int64], Array]:
     """Span indices (n,) and values (n, p+1) of the p+1 functions that live there."""
     spans = np.empty(t.size, np.int64)
@@ -54,7 +54,7 @@ def weigh(t: Array, breaks: Array, table: Array) -> tuple[NDArray[np.int64], Arr
     return spans, weights
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def combine_grid(
     first_u: NDArray[np.int64], weights_u: Array, first_v: NDArray[np.int64], weights_v: Array, net: Array, d: int
 ) -> Array:
@@ -66,7 +66,8 @@ def combine_grid(
     out = np.empty((first_u.size, first_v.size, d))
     row = np.empty(4 * columns)
     for a in range(first_u.size):
-        row[:] = 0.0
+        for k in range(row.size):
+            row[k] = 0.0
         for i in range(weights_u.shape[1]):
             weight, source = weights_u[a, i], net[first_u[a] + i].reshape(-1)
             for k in range(row.size):
@@ -90,14 +91,15 @@ def combine_grid(
     return out
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _bernstein(t: Array, breaks: Array, spans: NDArray[np.int64], values: Array, slopes: Array, order: int) -> None:
     """Spans (n,) of t (n,), Bernstein polynomials there (p+1, n) and, if order is 1, their derivatives by t.
 
     Every inner loop runs over the parameters, without a branch: the compiler makes vector code of it.
     """
     count, degree = t.size, values.shape[0] - 1
-    spans[:] = 0
+    for k in range(count):
+        spans[k] = 0
     left = breaks.size - 1
     while left > 1:
         half = left // 2
@@ -110,14 +112,17 @@ def _bernstein(t: Array, breaks: Array, spans: NDArray[np.int64], values: Array,
         start = breaks[spans[k]]
         rate[k] = 1.0 / (breaks[spans[k] + 1] - start)
         s[k] = (t[k] - start) * rate[k]
-    values[0] = 1.0
+        values[0, k] = 1.0
     for r in range(1, degree + 1):
         if order == 1 and r == degree:
-            slopes[0] = -degree * rate * values[0]
+            for k in range(count):
+                slopes[0, k] = -degree * rate[k] * values[0, k]
+                slopes[degree, k] = degree * rate[k] * values[degree - 1, k]
             for a in range(1, degree):
-                slopes[a] = degree * rate * (values[a - 1] - values[a])
-            slopes[degree] = degree * rate * values[degree - 1]
-        values[r] = s * values[r - 1]
+                for k in range(count):
+                    slopes[a, k] = degree * rate[k] * (values[a - 1, k] - values[a, k])
+        for k in range(count):
+            values[r, k] = s[k] * values[r - 1, k]
         for a in range(r - 1, 0, -1):
             for k in range(count):
                 values[a, k] = s[k] * values[a - 1, k] + (1.0 - s[k]) * values[a, k]
@@ -125,7 +130,7 @@ def _bernstein(t: Array, breaks: Array, spans: NDArray[np.int64], values: Array,
             values[0, k] *= 1.0 - s[k]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def combine_points(u: Array, v: Array, breaks_u: Array, breaks_v: Array, nets: Array, order: int) -> Array:
     """Points of Bezier patches at scattered parameters: (1, n, d), or (3, n, d) with both derivatives if order is 1.
 
@@ -137,23 +142,22 @@ def combine_points(u: Array, v: Array, breaks_u: Array, breaks_v: Array, nets: A
     flat, single = nets.reshape(-1), nets.shape[0] * nets.shape[1] == 1
     out = np.empty((1 + 2 * order, u.size, d))
     span_u, span_v, base = np.empty(block, np.int64), np.empty(block, np.int64), np.empty(block, np.int64)
-    bu, du, bv, dv = (
-        np.empty((rows, block)),
-        np.empty((rows, block)),
-        np.empty((columns, block)),
-        np.empty((columns, block)),
-    )
+    bu, du = np.empty((rows, block)), np.empty((rows, block))
+    bv, dv = np.empty((columns, block)), np.empty((columns, block))
     row, slope, total = np.empty((d, block)), np.empty((d, block)), np.empty((3, d, block))
     for start in range(0, u.size, block):
         n = min(block, u.size - start)
-        _bernstein(u[start : start + n], breaks_u, span_u[:n], bu[:, :n], du[:, :n], order)
-        _bernstein(v[start : start + n], breaks_v, span_v[:n], bv[:, :n], dv[:, :n], order)
+        _bernstein(u[start : start + n], breaks_u, span_u, bu, du, order)
+        _bernstein(v[start : start + n], breaks_v, span_v, bv, dv, order)
         for k in range(n):
             base[k] = (span_u[k] * patches_v + span_v[k]) * (rows * columns * d)
-        total[:] = 0.0
+        for c in range(d):
+            for k in range(n):
+                total[0, c, k] = total[1, c, k] = total[2, c, k] = 0.0
         for i in range(rows):
-            row[:] = 0.0
-            slope[:] = 0.0
+            for c in range(d):
+                for k in range(n):
+                    row[c, k] = slope[c, k] = 0.0
             for j in range(columns):
                 for c in range(d):
                     at = (i * columns + j) * d + c
@@ -186,7 +190,7 @@ def combine_points(u: Array, v: Array, breaks_u: Array, breaks_v: Array, nets: A
     return out
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def cross(a: Array, b: Array) -> tuple[Array, Array]:
     """Unit vectors (n, 3) along a x b, zero where it vanishes, and its lengths (n,)."""
     units, lengths = np.zeros(a.shape), np.empty(a.shape[0])

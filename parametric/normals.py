@@ -16,9 +16,9 @@ HIGHEST = 4
 """Terms of the expansion of the normal that are tried."""
 
 
-def unit_normals(surface: ParametricSurface, u: ArrayLike, v: ArrayLike, strict: bool) -> Array:
+def unit_normals(surface: ParametricSurface, u: ArrayLike, v: ArrayLike, strict: bool, jet: Jet | None = None) -> Array:
     """Unit normals (..., 3); where there is none, nan, or a SingularPointError if `strict`."""
-    jet = surface.jet(u, v, 1)
+    jet = surface.jet(u, v, 1) if jet is None else jet
     a, b = np.broadcast_arrays(jet[1, 0], jet[0, 1])
     units, sizes = cross(np.ascontiguousarray(a).reshape(-1, 3), np.ascontiguousarray(b).reshape(-1, 3))
     normals, lengths = units.reshape(a.shape), sizes.reshape(a.shape[:-1])

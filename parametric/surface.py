@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,15 @@ if TYPE_CHECKING:
     from parametric.curve import ParametricCurve
 
 Jet: TypeAlias = dict[tuple[int, int], Array]
+
+
+class Frame(NamedTuple):
+    """Points, first derivatives and unit normals, each (..., 3)."""
+
+    point: Array
+    along_u: Array
+    along_v: Array
+    normal: Array
 
 
 class ParametricSurface(ABC):
@@ -80,6 +89,13 @@ class ParametricSurface(ABC):
         from parametric.normals import unit_normals
 
         return unit_normals(self, u, v, undefined == "raise")
+
+    def frame(self, u: ArrayLike, v: ArrayLike, *, undefined: str = "raise") -> "Frame":
+        """Points, both first derivatives and unit normals in one evaluation, each (..., 3); normals as `normal`."""
+        from parametric.normals import unit_normals
+
+        jet = self.jet(u, v, 1)
+        return Frame(jet[0, 0], jet[1, 0], jet[0, 1], unit_normals(self, u, v, undefined == "raise", jet))
 
     def true_normal(self, u: ArrayLike, v: ArrayLike) -> Array:
         """The vector N = p_u x p_v, whose length is the area of the surface over that of the domain: (..., 3)."""

@@ -260,9 +260,12 @@ class BSplineSurface(ParametricSurface):
         """The surface with control point (i, j) elsewhere; it changes on [u_i, u_(i+p+1)) x [v_j, v_(j+q+1)) only."""
         points = self.points.copy()
         points[i, j] = to_vector(point, "point")
-        return self._moved(points)
+        return self.with_points(points)
 
-    def _moved(self, points: Array) -> Self:
+    def with_points(self, points: ArrayLike) -> Self:
+        """The surface of the same knots and weights with other control points of the same shape."""
+        if np.shape(points) != self.points.shape:
+            raise ValueError(f"the net has shape {self.points.shape}, got {np.shape(points)}")
         result = object.__new__(type(self))
         result._set(points=to_points(points, "points", 2), weights=self.weights, knots=self.knots)
         return result
