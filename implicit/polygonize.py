@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from implicit.domain import Ball, Bounds, to_bounds
-from implicit.mesh import Mesh, area_weighted_normals
+from implicit.mesh import Mesh, assemble
 from implicit.polygonizers.clip import clip
 from implicit.polygonizers.lattice import Lattice
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
-from implicit.polygonizers.weld import weld
+from implicit.polygonizers.weld import fill_normals, squeeze, weld
 from implicit.work import Job, Progress, check_workers
 
 if TYPE_CHECKING:
@@ -69,26 +69,16 @@ def polygonize(
     sampler = choose_sampler(surface, lattice)
     job = Job(len(sampler.bricks), progress, check_workers(workers))
     marched = march(sampler, job)
-    faces = weld(marched.vertices, marched.faces, marched.pinned)
-    vertices, normals = marched.vertices, marched.normals
+    vertices, normals, faces = marched.vertices, marched.normals, marched.faces
+    changed = weld(vertices, faces, marched.pinned)
     if isinstance(domain, Ball):
         vertices, normals, faces = clip(vertices, normals, faces, domain, surface.field, lattice.step)
-    return _compact(vertices, normals, faces)
-
-
-def _compact(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Mesh:
-    """A mesh of the vertices in use; where the gradient vanishes the faces give the normal."""
-    used = np.zeros(len(vertices), bool)
-    used[faces.ravel()] = True
-    if not used.all():
-        number = np.cumsum(used) - 1
-        vertices, normals, faces = vertices[used], normals[used], number[faces]
-    flat = ~normals.any(axis=1)
-    if flat.any():
-        normals[flat] = area_weighted_normals(vertices, faces)[flat]
-    for array in (vertices, normals, faces):
-        array.flags.writeable = False
-    return Mesh(vertices, faces, normals)
+        changed = True
+    if changed:
+        squeeze(vertices, normals, faces)
+    if changed or marched.flat:
+        fill_normals(vertices, normals, faces)
+    return assemble(vertices, faces, normals)
 
 
 def _check(resolution: int, tolerance: Any, method: str, seeds: Any, certify: bool) -> None:

@@ -28,7 +28,10 @@ def _weights(degree: int) -> FloatArray:
     n = degree + 1
     return np.array(
         [
-            [[comb(i, s) * comb(degree - i, m - s) / comb(degree, m) if s <= m else 0.0 for s in range(n)] for m in range(n)]
+            [
+                [comb(i, s) * comb(degree - i, m - s) / comb(degree, m) if s <= m else 0.0 for s in range(n)]
+                for m in range(n)
+            ]
             for i in range(n)
         ]
     )

@@ -41,7 +41,7 @@ def _lowest_bit(word: Any) -> Any:
     return _BIT[((word & (~word + _U(1))) * _HASH) >> _U(58)]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _pack_signs(f: Any, signs: Any, eights: Any, words: Any) -> bool:
     """Set bit 8 j + k of words[i] where f[64 i + 8 j + k] < 0; whether all of f is finite."""
     bad = np.uint8(0)
@@ -56,13 +56,46 @@ def _pack_signs(f: Any, signs: Any, eights: Any, words: Any) -> bool:
     return bad == 0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _guess(f: Any, place: int, step: int, at: int, cells: int) -> float:
+    """The share of the edge from sample `place` that lies before the root.
+
+    `at` counts samples along the axis, `cells` the cells that the brick has along it. Newton's steps on the polynomial
+    of degree 5 through six samples in a row, in the form d0 + t (d1 + (t - 1)/2 (d2 + ...)); where there are not as
+    many, or the root does not come out within the edge, the straight line.
+    """
+    a, b = f[place], f[place + step]
+    line = a / (a - b)
+    if cells < 5:
+        return line
+    first = min(max(at - 2, 0), cells - 5)
+    base = place + (first - at) * step
+    g0, g1, g2 = f[base], f[base + step], f[base + 2 * step]
+    g3, g4, g5 = f[base + 3 * step], f[base + 4 * step], f[base + 5 * step]
+    a1, a2, a3, a4, a5 = g1 - g0, g2 - g1, g3 - g2, g4 - g3, g5 - g4
+    b2, b3, b4, b5 = a2 - a1, a3 - a2, a4 - a3, a5 - a4
+    c3, c4, c5 = b3 - b2, b4 - b3, b5 - b4
+    d4, d5 = c4 - c3, c5 - c4
+    e5 = (d5 - d4) / 5.0
+    t = at - first + line
+    for _ in range(2):
+        u4, u3, u2, u1 = t - 4.0, (t - 3.0) * 0.25, (t - 2.0) * (1.0 / 3.0), (t - 1.0) * 0.5
+        p4 = d4 + u4 * e5
+        p3, s3 = c3 + u3 * p4, 0.25 * p4 + u3 * e5
+        p2, s2 = b2 + u2 * p3, (1.0 / 3.0) * p3 + u2 * s3
+        p1, s1 = a1 + u1 * p2, 0.5 * p2 + u1 * s2
+        t -= (g0 + t * p1) / (p1 + t * s1)
+    share = t - (at - first)
+    return share if 0.0 < share < 1.0 else line
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _cross(
-    mask: Any, i: int, axis: int, start: Any, axes: Any, f: Any, first: int, found: Any, n: int, numbers: Any
-) -> int:
+    mask: Any, i: int, axis: int, start: Any, own: Any, axes: Any, f: Any, first: int, found: Any, n: int, numbers: Any
+) -> int:  # fmt: skip
     """Number the edges along `axis` that start at plane i and have their bit in `mask`; the next free column.
 
-    found rows: x, y, z by linear interpolation, the two ends of the edge, f there, the axis.
+    found rows: x, y, z of a first guess, the two ends of the edge, f there, the axis.
     """
     step = 64 if axis == 0 else (8 if axis == 1 else 1)
     while mask != _U(0):
@@ -70,24 +103,23 @@ def _cross(
         mask &= mask - _U(1)
         j, k = bit >> 3, bit & 7
         place = 64 * i + bit
-        a, b = f[place], f[place + step]
+        at = i if axis == 0 else (j if axis == 1 else k)
         found[0, n] = axes[0, start[0] + i]
         found[1, n] = axes[1, start[1] + j]
         found[2, n] = axes[2, start[2] + k]
-        low = found[axis, n]
-        high = axes[axis, start[axis] + (i if axis == 0 else (j if axis == 1 else k)) + 1]
-        found[axis, n] = low + (high - low) * (a / (a - b))
+        low, high = found[axis, n], axes[axis, start[axis] + at + 1]
+        found[axis, n] = low + (high - low) * _guess(f, place, step, at, own[axis])
         found[3, n] = low
         found[4, n] = high
-        found[5, n] = a
-        found[6, n] = b
+        found[5, n] = f[place]
+        found[6, n] = f[place + step]
         found[7, n] = axis
         numbers[512 * axis + place] = first + n
         n += 1
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _fetch(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
     """Take the numbers on the three upper faces from the lower faces of the neighbours there."""
     for a in range(64):
@@ -101,7 +133,7 @@ def _fetch(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
             numbers[512 + 64 * a + 8 * b + 7] = low_z[64 + 8 * a + b]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _leave(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
     """Leave the numbers on the three lower faces behind for the neighbours there."""
     for a in range(64):
@@ -115,7 +147,7 @@ def _leave(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
             low_z[64 + 8 * a + b] = numbers[512 + 64 * a + 8 * b]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _join(words: Any, planes: int, row: Any, numbers: Any, faces: Any, t: int) -> int:
     """Write the triangles of the cells of a brick; the next free row of `faces`."""
     for i in range(planes):
@@ -141,7 +173,7 @@ def _join(words: Any, planes: int, row: Any, numbers: Any, faces: Any, t: int) -
     return t
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _rows(count: int, width: int) -> Any:
     """The bits 8 j + k with j < count and k < width."""
     word = _U(0)
@@ -150,7 +182,7 @@ def _rows(count: int, width: int) -> Any:
     return word
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def extract(
     samples: Any, bricks: Any, begin: int, axes: Any, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int,
     found: Any, starts: Any, faces: Any, t: int,
@@ -195,9 +227,9 @@ def extract(
         for i in range(points[0]):
             word = words[i]
             if i < own[0]:
-                n = _cross((word ^ words[i + 1]) & whole, i, 0, start, axes, f, first, found, n, numbers)
-            n = _cross((word ^ (word >> _U(8))) & cut_y, i, 1, start, axes, f, first, found, n, numbers)
-            n = _cross((word ^ (word >> _U(1))) & cut_z, i, 2, start, axes, f, first, found, n, numbers)
+                n = _cross((word ^ words[i + 1]) & whole, i, 0, start, own, axes, f, first, found, n, numbers)
+            n = _cross((word ^ (word >> _U(8))) & cut_y, i, 1, start, own, axes, f, first, found, n, numbers)
+            n = _cross((word ^ (word >> _U(1))) & cut_z, i, 2, start, own, axes, f, first, found, n, numbers)
         _leave(numbers, low_x[bx & 1, by, bz], low_y[by & 1, bz], low_z)
         t = _join(words, own[0], cut_both, numbers, faces, t)
     starts[len(bricks)] = n

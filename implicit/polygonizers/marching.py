@@ -8,6 +8,7 @@ both cases, and so is the mesh, bit for bit.
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +36,13 @@ _BYTES_PER_BRICK = 60 * 48 + 120 * 24
 
 @dataclass(frozen=True, eq=False)
 class Marched:
-    """Vertices, unit normals, faces, and the vertices that lie at a lattice point, ascending."""
+    """Vertices, unit normals, faces, the vertices that lie at a lattice point (ascending), and how many normals are 0."""
 
     vertices: FloatArray
     normals: FloatArray
     faces: IntArray
     pinned: IntArray
+    flat: int
 
 
 @dataclass(eq=False)
@@ -71,10 +73,11 @@ class _Run:
         self.low_x = np.empty((2, rows, columns, 128), np.int32)
         self.low_y = np.empty((2, columns, 128), np.int32)
         self.low_z = np.empty(128, np.int32)
-        self.vertices, self.normals = np.empty((room, 3)), np.empty((room, 3))
-        self.faces = np.empty((BATCH * TRIANGLES_PER_BRICK, 3), np.int64)
+        bricks = self.last - self.first
+        self.vertices, self.normals = (np.empty((room + bricks * _ROOM, 3)) for _ in range(2))
+        self.faces = np.empty((BATCH * TRIANGLES_PER_BRICK + 2 * bricks * _ROOM, 3), np.int64)
         self.pinned: list[IntArray] = []
-        self.n = self.t = 0
+        self.n = self.t = self.flat = 0
 
     def __call__(self) -> "_Run":
         """Sweep the run."""
@@ -96,7 +99,7 @@ class _Run:
         sampler.fill(first, last, samples)
         begin = 0
         while begin < len(bricks):
-            _reserve(self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin), self.faces)
+            self.faces = _with_room(self.faces, self.t, self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin))
             end, n, self.t, finite = extract(
                 samples, bricks, begin, lattice.padded, lattice.cells, self.low_x, self.low_y, self.low_z, self.n,
                 self.found, self.starts, self.faces, self.t,
@@ -117,19 +120,23 @@ class _Run:
             sampler.anywhere,
             tolerance,
         )
-        _reserve(self.n + n, self.vertices, self.normals)
+        self.vertices = _with_room(self.vertices, self.n, self.n + n)
+        self.normals = _with_room(self.normals, self.n, self.n + n)
         pinned = np.empty(n, np.int64)
-        count = finish(self.found, gradients, SNAP * tolerance, self.vertices, self.normals, self.n, n, pinned)
+        count, flat = finish(self.found, gradients, SNAP * tolerance, self.vertices, self.normals, self.n, n, pinned)
         if count:
             self.pinned.append(pinned[:count])
         self.n += n
+        self.flat += flat
 
 
-def _reserve(rows: int, *arrays: FloatArray | IntArray) -> None:
-    """Make room for `rows` rows; memory that is not written to is not used."""
-    for array in arrays:
-        if rows > len(array):
-            array.resize((rows + rows // 2, 3), refcheck=False)
+def _with_room(array: NDArray[Any], filled: int, wanted: int) -> NDArray[Any]:
+    """The array with room for `wanted` rows; memory that is not written to is not used."""
+    if wanted <= len(array):
+        return array
+    larger = np.empty((wanted + wanted // 2, array.shape[1]), array.dtype)
+    larger[:filled] = array[:filled]
+    return larger
 
 
 def refuse(points: FloatArray, values: FloatArray) -> None:
@@ -168,7 +175,7 @@ def _cut(layers: NDArray[np.int32]) -> list[int]:
 def _join(runs: list[_Run]) -> Marched:
     """One mesh from runs in descending order; each takes the numbers on its top from the run before."""
     if not runs:
-        return Marched(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
+        return Marched(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64), 0)
     offset = 0
     pinned = []
     for index, run in enumerate(runs):
@@ -187,4 +194,5 @@ def _join(runs: list[_Run]) -> Marched:
         vertices, normals, faces = (
             np.concatenate([getattr(run, name) for run in runs]) for name in ("vertices", "normals", "faces")
         )
-    return Marched(vertices, normals, faces, np.concatenate(pinned) if pinned else np.zeros(0, np.int64))
+    at_points = np.concatenate(pinned) if pinned else np.zeros(0, np.int64)
+    return Marched(vertices, normals, faces, at_points, sum(run.flat for run in runs))

@@ -5,63 +5,124 @@ have no area. The crossings that such triangles join become one vertex, unless t
 where sheets meet at the point (the node of a cone), or a tube shrinks to it, they stay apart.
 """
 
+from typing import Any
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from implicit.mesh import area_weighted_normals
 from implicit.topology import find_edges, split_vertices
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def weld(vertices: FloatArray, faces: IntArray, pinned: IntArray) -> IntArray:
-    """The faces without those that have no area, over one vertex of each group that meets at a lattice point.
+def weld(vertices: FloatArray, faces: IntArray, pinned: IntArray) -> bool:
+    """Let one vertex of each group that meets at a lattice point stand for all, in `faces` itself; whether any do.
+
+    Faces that lose their area by that have repeated vertices afterwards, for `squeeze` to drop.
 
     pinned: the vertices that lie at a lattice point, exactly.
     """
-    target = np.arange(len(vertices))
-    group = _groups(vertices, faces, pinned)
-    if group is None:
-        return faces
-    members, leader = group
-    touched = np.zeros(len(vertices), bool)
-    touched[members] = True
-    near = touched[faces].any(axis=1)
+    meeting = _meeting(vertices, pinned)
+    if not len(meeting):
+        return False
+    near = list_marked(faces, _marks(meeting, len(vertices)))
     part = faces[near]
+    members, leader = _groups(vertices, part, meeting)
+    target = np.arange(len(vertices))
     while len(members):
         target[members] = leader
-        merged = _drop_flat(target[part])
-        bad = _spoiled(merged, part, np.unique(leader), len(vertices))
+        merged = target[part]
+        bad = _spoiled(_drop_flat(merged), np.unique(leader), len(vertices))
         if not len(bad):
-            break
+            faces[near] = merged
+            return True
         stay = ~np.isin(leader, bad)
         target[members[~stay]] = members[~stay]
         members, leader = members[stay], leader[stay]
-    if not len(members):
-        return faces
-    return np.concatenate([faces[~near], _drop_flat(target[part])])
+    return False
 
 
-def _groups(vertices: FloatArray, faces: IntArray, pinned: IntArray) -> tuple[IntArray, IntArray] | None:
-    """Pinned vertices joined by a mesh edge and at the same point, and the lowest of each group of several."""
+@njit(cache=True, nogil=True)
+def _squeeze(vertices: Any, normals: Any, faces: Any) -> tuple[int, int]:
+    number = np.full(len(vertices), -1)
+    t = 0
+    for row in range(len(faces)):
+        a, b, c = faces[row, 0], faces[row, 1], faces[row, 2]
+        if a != b and b != c and c != a:
+            number[a], number[b], number[c] = 0, 0, 0
+            faces[t, 0], faces[t, 1], faces[t, 2] = a, b, c
+            t += 1
+    n = 0
+    for v in range(len(vertices)):
+        if number[v] == 0:
+            number[v] = n
+            for axis in range(3):
+                vertices[n, axis] = vertices[v, axis]
+                normals[n, axis] = normals[v, axis]
+            n += 1
+    for row in range(t):
+        for corner in range(3):
+            faces[row, corner] = number[faces[row, corner]]
+    return n, t
+
+
+def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
+    """Drop faces with repeated vertices and then vertices without faces, in the arrays themselves."""
+    n, t = _squeeze(vertices, normals, faces)
+    for array, rows in ((vertices, n), (normals, n), (faces, t)):
+        array.resize((rows, 3), refcheck=False)
+
+
+def _meeting(vertices: FloatArray, pinned: IntArray) -> IntArray:
+    """The pinned vertices at whose point there is another one, ascending."""
     if len(pinned) < 2:
-        return None
+        return pinned[:0]
+    places = vertices[pinned]
+    order = np.lexsort(places.T)
+    same = (places[order[1:]] == places[order[:-1]]).all(axis=1)
+    several = np.zeros(len(pinned), bool)
+    several[order[1:][same]] = True
+    several[order[:-1][same]] = True
+    return pinned[several]
+
+
+def _marks(members: IntArray, size: int) -> NDArray[np.bool_]:
+    marked = np.zeros(size, np.bool_)
+    marked[members] = True
+    return marked
+
+
+@njit(cache=True, nogil=True)
+def list_marked(faces: Any, marked: Any) -> Any:
+    """The rows of `faces` with a marked vertex."""
+    found = np.empty(len(faces), np.int64)
+    count = 0
+    for row in range(len(faces)):
+        if marked[faces[row, 0]] or marked[faces[row, 1]] or marked[faces[row, 2]]:
+            found[count] = row
+            count += 1
+    return found[:count].copy()
+
+
+def _groups(vertices: FloatArray, faces: IntArray, meeting: IntArray) -> tuple[IntArray, IntArray]:
+    """The vertices joined by a mesh edge to another at the same point, and the lowest of each such group."""
     place = np.full(len(vertices), -1)
-    place[pinned] = np.arange(len(pinned))
+    place[meeting] = np.arange(len(meeting))
     corners = place[faces]
-    sides = np.concatenate([corners[:, (0, 1)], corners[:, (1, 2)]] + [corners[:, (2, 0)]])
+    sides = np.concatenate([corners[:, (0, 1)], corners[:, (1, 2)], corners[:, (2, 0)]])
     sides = sides[(sides >= 0).all(axis=1)]
-    here = vertices[pinned]
+    here = vertices[meeting]
     sides = sides[(here[sides[:, 0]] == here[sides[:, 1]]).all(axis=1)]
-    if not len(sides):
-        return None
-    graph = coo_array((np.ones(len(sides), np.int8), (sides[:, 0], sides[:, 1])), shape=(len(pinned),) * 2)
+    graph = coo_array((np.ones(len(sides), np.int8), (sides[:, 0], sides[:, 1])), shape=(len(meeting),) * 2)
     label = connected_components(graph, directed=False)[1]
     _, first, inverse, size = np.unique(label, return_index=True, return_inverse=True, return_counts=True)
     several = size[inverse] > 1
-    return pinned[several], pinned[first[inverse[several]]]
+    return meeting[several], meeting[first[inverse[several]]]
 
 
 def _drop_flat(faces: IntArray) -> IntArray:
@@ -69,9 +130,19 @@ def _drop_flat(faces: IntArray) -> IntArray:
     return faces[(a != b) & (b != c) & (c != a)]
 
 
-def _spoiled(merged: IntArray, part: IntArray, leaders: IntArray, size: int) -> IntArray:
+def _spoiled(merged: IntArray, leaders: IntArray, size: int) -> IntArray:
     """The leaders whose faces no longer form one fan, or that have an edge with more than two faces, or vanished."""
     edges = find_edges(merged, size)
     ends = np.concatenate([edges.keys[edges.uses > 2] // size, edges.keys[edges.uses > 2] % size])
     suspects = np.concatenate([ends, split_vertices(merged, edges), np.setdiff1d(leaders, merged)])
     return np.intersect1d(leaders, suspects)
+
+
+def fill_normals(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
+    """Give vertices where the gradient vanishes the mean normal of their faces, in `normals` itself."""
+    flat = ~normals.any(axis=1)
+    near = faces[list_marked(faces, flat)]
+    used, place = np.unique(near, return_inverse=True)
+    mean = area_weighted_normals(vertices[used], place.reshape(-1, 3))
+    wanted = flat[used]
+    normals[used[wanted]] = mean[wanted]
