@@ -55,7 +55,7 @@ class _Reader:
     def __init__(self, text: str, parameters: Mapping[str, sympy.Expr]) -> None:
         self.text = text
         self.names: dict[str, sympy.Expr] = {**CONSTANTS, **VARIABLES, **parameters}
-        self.tokens = tokens(text)
+        self.tokens = tokens(text, self.names)
         self.place = 0
         self.depth = 0
 
@@ -200,8 +200,6 @@ class _Reader:
             return self.names[token.text]
         if token.text in FUNCTIONS:
             return self.call(token)
-        if set(token.text) <= set(VARIABLES):
-            return sympy.Mul(*(VARIABLES[letter] for letter in token.text))
         return self.fail(f"unknown name {token.text!r}", token, likely(token.text, self.names))
 
     def call(self, token: Token) -> sympy.Expr:

@@ -72,8 +72,8 @@ class Token:
     position: int
 
 
-def tokens(text: str) -> list[Token]:
-    """The text in pieces, closed by a token of kind "end"."""
+def tokens(text: str, words: Collection[str] = ()) -> list[Token]:
+    """The text in pieces, closed by a token of kind "end"; letters x, y, z in a row are apart unless they are a word."""
     found, position = [], 0
     while position < len(text):
         if text[position].isspace():
@@ -84,9 +84,11 @@ def tokens(text: str) -> list[Token]:
             sign = text[position]
             raise FormulaError(f"unknown character {sign!r}", text, position, _OTHER_SIGNS.get(sign))
         piece = match.group()
+        if match.lastgroup == "name" and piece not in words and set(piece) <= set(VARIABLES):
+            piece = piece[0]
         kind = str(match.lastgroup) if match.lastgroup in ("number", "name") else piece
         found.append(Token("^" if kind == "**" else kind, piece, position))
-        position = match.end()
+        position += len(piece)
     found.append(Token("end", "", len(text.rstrip())))
     return found
 
