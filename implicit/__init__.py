@@ -27,6 +27,8 @@ if TYPE_CHECKING:
         UndecidedError,
     )
     from implicit.implicitize import implicitize
+    from implicit.implicitize.certificate import Certificate
+    from implicit.implicitize.matrix import MatrixForm, matrix_form
     from implicit.mesh import Mesh, MeshReport
     from implicit.polygonize import polygonize
     from implicit.shapes import box, capsule, cone, cylinder, plane, sphere, torus
@@ -51,6 +53,9 @@ _HOMES = {
     "TranscendentalError": "errors",
     "UndecidedError": "errors",
     "implicitize": "implicitize",
+    "Certificate": "implicitize.certificate",
+    "MatrixForm": "implicitize.matrix",
+    "matrix_form": "implicitize.matrix",
     "Mesh": "mesh",
     "MeshReport": "mesh",
     "polygonize": "polygonize",

@@ -1,7 +1,7 @@
 """From a parametrization to its equation: `implicitize`."""
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from implicit.implicitize.certificate import Certificate
 from implicit.implicitize.clock import Clock
@@ -12,6 +12,8 @@ from implicit.implicitize.solve import solve
 from implicit.polynomial import Polynomial
 from implicit.surface import Surface
 
+Domain: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+
 
 def implicitize(
     coordinates: Sequence[Any],
@@ -20,6 +22,8 @@ def implicitize(
     method: Literal["auto", "exact", "approximate"] = "auto",
     timeout: float | None = None,
     rationalize: float | None = None,
+    degree: int = 4,
+    domain: Domain | None = None,
 ) -> Surface:
     """The surface f(x, y, z) = 0 on which (x(u, v), y(u, v), z(u, v)) lies.
 
@@ -36,9 +40,13 @@ def implicitize(
     method
         "exact", or "approximate": a least-squares f of given degree; "auto" is "exact".
     timeout
-        Seconds; TimeLimitError when they are over.
+        Seconds; TimeLimitError when they are over. Needed above degree 20, where the error states an estimate.
     rationalize
         Replace each float by the simplest fraction within this distance.
+    degree, domain
+        For "approximate": the degree of f, and the patch ((u0, u1), (v0, v1)) that it is made for, by default from 0
+        to 1, or to 2 pi for angles. `certificate.residual` is the largest distance that was measured; any coordinates
+        that can be computed will do.
 
     Raises
     ------
@@ -57,6 +65,10 @@ def implicitize(
     >>> torus.degree, torus.certificate.proof
     (4, 'exact')
     """
+    if method == "approximate":
+        return _approximate(coordinates, parameters, degree, domain)
+    if method not in ("auto", "exact"):
+        raise ValueError(f'method must be "auto", "exact" or "approximate", got {method!r}')
     clock = Clock(timeout)
     homogeneous = read_coordinates(coordinates, parameters, rationalize)
     found, certificate = solve(homogeneous, clock)
@@ -72,3 +84,11 @@ def to_polynomial(coordinates: Coordinates, found: Implicit) -> Polynomial:
     if scalars.number_field is None:
         return Polynomial.from_terms({m: e[0] for m, e in found.terms.items()})
     return Polynomial.from_terms({m: scalars.coordinates(e) for m, e in found.terms.items()}, scalars.number_field)
+
+
+def _approximate(coordinates: Sequence[Any], parameters: Sequence[Any], degree: int, domain: Domain | None) -> Surface:
+    from implicit.implicitize.approximate import approximate, default_domain
+
+    patch = domain or default_domain(coordinates, parameters)
+    polynomial, residual = approximate(coordinates, parameters, degree, patch)
+    return Surface.from_polynomial(polynomial, Certificate("approximate", degree, 0, 0, "approximate", residual, 1.0))

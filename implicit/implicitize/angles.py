@@ -8,12 +8,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import gcd, lcm
 from types import MappingProxyType
+from typing import Literal, TypeAlias
 
+import numpy as np
 import sympy
+from numpy.typing import NDArray
 from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 from sympy.functions.elementary.trigonometric import TrigonometricFunction
 
 from implicit.errors import TranscendentalError
+
+Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -52,17 +57,34 @@ class Angles:
         """The constants that phases bring in."""
         return [f(c) for e, (_, c) in self.linear.items() if _is_circular(e) and c != 0 for f in (sympy.cos, sympy.sin)]
 
-    @property
-    def orientation(self) -> int:
-        """-1 where one unit of the two is negative."""
-        return -1 if sum(bool(unit.is_negative) for unit in self.units.values()) == 1 else 1
-
-    def original(self, name: sympy.Symbol) -> sympy.Expr:
-        """The expression of a parameter that the rational variable stands for."""
+    def substitution(self, name: sympy.Symbol) -> "Substitution":
+        """What the rational variable of a parameter stands for."""
         if name not in self.units:
-            return name
-        w = self.units[name] * name
-        return sympy.tan(w / 2) if self.circular[name] else sympy.exp(w)
+            return Substitution("plain", 1.0)
+        return Substitution("circular" if self.circular[name] else "exponential", float(self.units[name]))
+
+
+@dataclass(frozen=True)
+class Substitution:
+    """The rational variable s of a parameter u: s = u, s = tan(k u / 2) or s = e^(k u), with the unit k."""
+
+    kind: Literal["plain", "circular", "exponential"]
+    unit: float
+
+    def forward(self, values: Floats) -> Floats:
+        """From u to s."""
+        if self.kind == "plain":
+            return values
+        return np.tan(self.unit * values / 2) if self.kind == "circular" else np.exp(self.unit * values)
+
+    def back(self, values: Floats) -> Floats:
+        """From s to u, the angle between -pi / k and pi / k; nan where an exponential would be negative."""
+        if self.kind == "plain":
+            return values
+        if self.kind == "circular":
+            return np.asarray(2 * np.arctan(values) / self.unit)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(np.log(values) / self.unit)
 
 
 def read_angles(expressions: Sequence[sympy.Expr], names: Sequence[sympy.Symbol]) -> Angles:

@@ -17,7 +17,7 @@ class Certificate:
     degree
         Total degree of f.
     map_degree
-        How many parameter points (complex, in general) lie over one point of the surface.
+        How many parameter points (complex, in general) lie over one point of the surface; 0 if not counted.
     base_points
         Finite parameter points where all homogeneous coordinates vanish, counted with multiplicity.
     proof
@@ -26,7 +26,7 @@ class Certificate:
     residual
         Largest distance from f = 0 to the points of the patch that were measured, a length; 0 for exact answers.
     chance
-        A bound on the probability of error of a modular proof; 0 for exact ones.
+        A bound on the probability of error of a modular proof; 0 for exact ones, 1 for approximate answers.
     """
 
     method: str

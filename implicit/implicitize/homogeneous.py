@@ -13,7 +13,7 @@ import sympy
 from flint import fmpq, fmpq_mpoly_ctx
 
 from implicit.errors import NotPolynomialError, TranscendentalError
-from implicit.implicitize.angles import Angles, read_angles
+from implicit.implicitize.angles import Angles, Substitution, read_angles
 from implicit.implicitize.scalars import Scalars, read_scalars
 
 Terms: TypeAlias = Mapping[tuple[int, int], tuple[int, ...]]
@@ -30,14 +30,12 @@ class Coordinates:
     """Integer polynomials X, Y, Z, W without common factor, each a mapping (i, j) -> coefficient of s^i t^j.
 
     A coefficient is an integer of `field`, a tuple of its coordinates with respect to the powers of the generator.
-    `original` holds the expressions of the parameters that s and t stand for, such as tan(u/2); `orientation` is -1
-    where just one of them decreases.
+    `substitutions` tell what s and t stand for, such as tan(u/2).
     """
 
     terms: tuple[Terms, Terms, Terms, Terms]
     field: Scalars
-    original: tuple[sympy.Expr, sympy.Expr]
-    orientation: int = 1
+    substitutions: tuple[Substitution, Substitution]
 
     @cached_property
     def bidegree(self) -> tuple[int, int]:
@@ -61,12 +59,7 @@ def read_coordinates(
     A float stands for its exact binary value, or for the simplest fraction within `rationalize` of it.
     """
     names = _symbols(parameters)
-    if len(coordinates) != 3:
-        raise ValueError(f"a surface has three coordinates (x, y, z), got {len(coordinates)}")
-    expressions = [sympy.sympify(c) if not isinstance(c, str) else _refuse_text(c) for c in coordinates]
-    for name, expression in zip("xyz", expressions, strict=True):
-        if expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
-            raise ValueError(f"coordinate {name} is not finite, its denominator is zero: {expression}")
+    expressions = to_expressions(coordinates)
     strange = set().union(*(e.free_symbols for e in expressions)) - set(names)
     if strange:
         listed = ", ".join(sorted(map(str, strange)))
@@ -82,8 +75,19 @@ def read_coordinates(
             ratios.append(reader.read(expression))
         except ZeroDivisionError:
             raise ValueError(f"the denominator of coordinate {name} = {expression} is zero") from None
-    original = angles.original(names[0]), angles.original(names[1])
-    return Coordinates(_clear(ratios, field), field, original, angles.orientation)
+    first, second = (angles.substitution(name) for name in names)
+    return Coordinates(_clear(ratios, field), field, (first, second))
+
+
+def to_expressions(coordinates: Sequence[Any]) -> list[sympy.Expr]:
+    """Three coordinates as sympy expressions."""
+    if len(coordinates) != 3:
+        raise ValueError(f"a surface has three coordinates (x, y, z), got {len(coordinates)}")
+    expressions = [sympy.sympify(c) if not isinstance(c, str) else _refuse_text(c) for c in coordinates]
+    for name, expression in zip("xyz", expressions, strict=True):
+        if expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
+            raise ValueError(f"coordinate {name} is not finite, its denominator is zero: {expression}")
+    return expressions
 
 
 def _symbols(parameters: Sequence[Any]) -> tuple[sympy.Symbol, sympy.Symbol]:

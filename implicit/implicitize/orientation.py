@@ -53,7 +53,8 @@ def _samples(coordinates: Coordinates) -> tuple[NDArray[np.float64], NDArray[np.
     with np.errstate(all="ignore"):
         points = value[:3] / value[3]
         along_s, along_t = ((d[:3] - points * d[3]) / value[3] for d in (by_s, by_t))
-    return points.T, np.cross(along_s.T, along_t.T) * coordinates.orientation
+    turned = np.sign(coordinates.substitutions[0].unit * coordinates.substitutions[1].unit)
+    return points.T, np.cross(along_s.T, along_t.T) * turned
 
 
 def float_coordinates(
