@@ -57,6 +57,8 @@ def to_expression(given: object, parameters: Mapping[str, sympy.Expr], *, needs_
                 raise ValueError(_unknown(node.name, list(names)))
             used.add(node.name)
             values[node] = names[node.name]
+        elif node.is_Float and node.is_finite:
+            values[node] = sympy.Rational(*to_fraction(node).as_integer_ratio())
         elif not isinstance(node, _KINDS) or node in (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
             raise ValueError(f"real numbers and functions with a rule were wanted, but {str(node)[:80]} occurs")
     unused = set(parameters) - used

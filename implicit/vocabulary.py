@@ -73,7 +73,7 @@ class Token:
 
 
 def tokens(text: str, words: Collection[str] = ()) -> list[Token]:
-    """The text in pieces, closed by a token of kind "end"; letters x, y, z in a row are apart unless they are a word."""
+    """The text in pieces, closed by a token of kind "end"; xyz is read as x, y, z unless it is a word."""
     found, position = [], 0
     while position < len(text):
         if text[position].isspace():

@@ -3,7 +3,7 @@
 Every rounded bound v moves outward to v -/+ (|v| 2^-52 + 2.3e-308), at least one unit in its last place. Rounding is
 monotone, so the same interval also holds every value that `values.evaluate` computes in the closed box. Where an
 operation is undefined somewhere (a root or logarithm of negative numbers, a quotient by an interval around 0) the
-result is unbounded, and what depends on it is never skipped.
+result is unbounded, and so is what is computed from it, on one side at least below min and max.
 """
 
 import math
