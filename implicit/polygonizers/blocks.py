@@ -47,7 +47,8 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     up, low = upper[:, None] ** powers, lower[:, None] ** powers
     m, s = np.meshgrid(powers, powers, indexing="ij")
     products = np.where(s <= m, up[:, s] * low[:, np.maximum(m - s, 0)], 0.0)
-    return np.einsum("ims,nms->nim", _weights(degree), products)
+    # order="C": another layout would make numba compile the kernel anew
+    return np.einsum("ims,nms->nim", _weights(degree), products, order="C")
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
