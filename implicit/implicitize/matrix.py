@@ -129,19 +129,33 @@ class MatrixForm:
         return grid[:, 1:].reshape(len(vectors), -1), grid[:, :-1].reshape(len(vectors), -1)
 
     def _separate(self, null: Floats, point: Floats) -> tuple[float, float]:
-        """The variables of one of several sheets: common eigenvectors of multiplication by a and b on the null space."""
-        matrix = np.zeros((null.shape[1], null.shape[1]))
-        for axis, weight in ((0, 1.0), (1, 0.61803)):
-            raised, lowered = (part.T for part in self._neighbours(null.T, axis))
-            if len(raised):
-                matrix += weight * np.linalg.lstsq(raised + lowered, raised, rcond=None)[0]
-        vectors = np.linalg.eig(matrix)[1]
-        s, t = self._ratios(np.real(null @ vectors).T, np.repeat(point[None], null.shape[1], axis=0))
+        """The variables of one of several sheets with null vectors (rows, k).
+
+        Multiplication by a on the null space has the candidates for a as eigenvalues; b is then a common root.
+        """
+        raised, lowered = (part.T for part in self._neighbours(null.T, 0))
+        eigenvalues = np.linalg.eigvals(np.linalg.lstsq(raised + lowered, raised, rcond=None)[0]).real
+        pairs = [(a, b) for a in eigenvalues for b in self._roots(a, point)]
+        if not pairs:
+            return np.nan, np.nan
+        s, t = (
+            low + (high - low) * np.array(w)
+            for w, (low, high) in zip(zip(*pairs, strict=True), self.domain, strict=True)
+        )
         with np.errstate(all="ignore"):
-            gaps = np.linalg.norm(self.evaluate(s, t) - point, axis=1)
-        outside = sum(np.abs(_unit(w, d) - 0.5) for w, d in zip((s, t), self.domain, strict=True))
-        order = np.lexsort([outside, np.round(np.log10(np.maximum(np.nan_to_num(gaps, nan=1e300), 1e-9)))])
-        return float(s[order[0]]), float(t[order[0]])
+            gaps = np.nan_to_num(np.linalg.norm(self.evaluate(s, t) - point, axis=1), nan=np.inf)
+        outside = np.abs(np.array(pairs) - 0.5).max(axis=1)
+        good = gaps <= 1e3 * gaps.min() + 1e-7
+        best = np.flatnonzero(good)[np.argmin(outside[good])]
+        return float(s[best]), float(t[best])
+
+    def _roots(self, a: float, point: Floats) -> list[float]:
+        """Real parts of the roots b of p W - (X, Y, Z) at a, of all three coordinates."""
+        m, n = self.net.shape[1] - 1, self.net.shape[2] - 1
+        curve = np.einsum("kij,i->kj", self.net, _bernstein(np.array([a]), m)[:, 0])
+        to_powers = np.linalg.inv(_to_bernstein(n, 0.0, 1.0))
+        roots = [np.roots((to_powers @ gap)[::-1]) for gap in point[:, None] * curve[3] - curve[:3]]
+        return [float(b.real) for b in np.concatenate(roots) if abs(b.imag) < 1e-5 * (1 + abs(b))]
 
 
 def matrix_form(
