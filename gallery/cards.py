@@ -9,9 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 from gallery.catalog import Entry, Facts, find
-from gallery.measure import implicit_distance, parametric_distance
+from gallery.measure import implicit_distance, parametric_distance, sample
 from implicit.domain import Bounds, to_bounds
 from implicit.mesh import Mesh
+from implicit.scene import Line
 
 Quality = Literal["draft", "normal", "fine"]
 
@@ -80,13 +81,13 @@ def _draw(entry: Entry, job: Job) -> Card:
     from implicit.show import render
 
     maker = implicit_card if entry.kind == "implicit" else parametric_card
-    card, meshes = maker(entry, job.quality)
+    card, things = maker(entry, job.quality)
     picture = f"{entry.name}.png"
-    render(meshes, job.folder / picture, size=job.size, look=entry.look, renderer=job.renderer)
+    render(things, job.folder / picture, size=job.size, look=entry.look, renderer=job.renderer)
     return replace(card, picture=picture, contradictions=contradictions(card, entry.facts))
 
 
-def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None) -> tuple[Card, list[Mesh]]:
+def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None) -> tuple[Card, list[object]]:
     """The card without its picture, and what the picture shows."""
     from implicit.polygonize import polygonize
     from implicit.singular import singularities
@@ -94,7 +95,7 @@ def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None)
     surface, bounds = make_surface(entry), entry_bounds(entry)
     mesh = polygonize(surface, bounds, resolution=resolution or round(RESOLUTION[quality] * entry.detail))
     card = _mesh_card(entry, mesh, implicit_distance(mesh, surface))
-    meshes = [mesh]
+    things: list[object] = [mesh]
     if surface.degree is not None:
         locus = singularities(surface, bounds, timeout=60)
         kinds = [point.type for point in locus.points]
@@ -103,20 +104,35 @@ def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None)
         card = replace(card, singular_curves=len(locus.curves), complete=locus.complete)
         if (locus.points or locus.curves) and not len(mesh.points) and not mesh.curves:
             card = replace(card, conforming=False)
-            meshes.append(locus_mesh(locus))
-    return card, meshes
+            things.append(locus)
+    return card, things
 
 
-def parametric_card(entry: Entry, quality: Quality) -> tuple[Card, list[Mesh]]:
+def parametric_card(entry: Entry, quality: Quality) -> tuple[Card, list[object]]:
     """The card without its picture, and what the picture shows."""
     from parametric.tessellate import tessellate
 
     surface = make_surface(entry)
     parts = tuple(getattr(surface, "surfaces", (surface,)))
-    rough = np.concatenate([np.reshape(_grid(part), (-1, 3)) for part in parts])
+    rough = np.concatenate([sample(part, 9).reshape(-1, 3) for part in parts])
     size = float(np.linalg.norm(np.ptp(rough, axis=0)))
     mesh = tessellate(surface, tolerance=TOLERANCE[quality] * size / entry.detail)
-    return _mesh_card(entry, mesh, parametric_distance(mesh, parts)), [mesh]
+    return _mesh_card(entry, mesh, parametric_distance(mesh, parts)), [mesh, *overlay(entry, surface)]
+
+
+def overlay(entry: Entry, surface: Any) -> list[Line]:
+    """The lines of constant u and v, and the control net, that an entry is drawn with."""
+    lines = []
+    (u0, u1), (v0, v1) = getattr(surface, "domain", ((0, 1), (0, 1)))
+    steps_u, steps_v = entry.iso_lines
+    fine = 129
+    lines += [Line(surface(np.full(fine, u), np.linspace(v0, v1, fine))) for u in _steps(u0, u1, steps_u)]
+    lines += [Line(surface(np.linspace(u0, u1, fine), np.full(fine, v))) for v in _steps(v0, v1, steps_v)]
+    if entry.control_net:
+        net = surface.points
+        lines += [Line(row, dots=True) for row in net]
+        lines += [Line(net[:, column]) for column in range(net.shape[1])]
+    return lines
 
 
 def make_surface(entry: Entry) -> Any:
@@ -136,17 +152,8 @@ def entry_bounds(entry: Entry) -> Bounds:
     return to_bounds(entry.bounds)
 
 
-def locus_mesh(locus: Any) -> Mesh:
-    """Singular points and curves as a mesh without faces."""
-    positions = [np.reshape([point.position for point in locus.points], (-1, 3))]
-    curves, start = [], len(locus.points)
-    for curve in locus.curves:
-        positions += [curve.polyline, np.reshape(curve.special, (-1, 3))]
-        curves.append(np.arange(start, start + len(curve.polyline)))
-        start += len(curve.polyline) + len(curve.special)
-    drawn = np.concatenate([np.empty(0, np.int64), *curves])
-    points = np.setdiff1d(np.arange(start), drawn)
-    return Mesh(np.concatenate(positions), np.empty((0, 3), np.int64), curves=curves, points=points)
+def _steps(low: float, high: float, count: int) -> list[float]:
+    return np.linspace(low, high, count + 1).tolist() if count else []
 
 
 def contradictions(card: Card, facts: Facts) -> tuple[str, ...]:
@@ -175,9 +182,3 @@ def _mesh_card(entry: Entry, mesh: Mesh, distance: float) -> Card:
 def surface_euler(mesh: Mesh) -> int:
     """The Euler characteristic of the triangles alone, without solitary curves and points."""
     return Mesh(mesh.vertices, mesh.faces).report().euler
-
-
-def _grid(surface: Any, count: int = 9) -> Any:
-    (u0, u1), (v0, v1) = surface.domain
-    u, v = np.meshgrid(np.linspace(u0, u1, count), np.linspace(v0, v1, count))
-    return surface(u, v)

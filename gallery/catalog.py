@@ -35,6 +35,8 @@ class Entry:
     parameters  values of the other names in the formula, as formulas
     bounds      where an implicit surface is looked at
     build       makes a parametric surface or shell
+    iso_lines   how many steps of u and of v are drawn as lines; 0 is none
+    control_net whether the control points are drawn
     detail      how much finer than usual the mesh must be to show the surface well
     """
 
@@ -47,6 +49,8 @@ class Entry:
     parameters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     build: Callable[[], Any] | None = None
     look: Look = Look()  # noqa: RUF009
+    iso_lines: tuple[int, int] = (0, 0)
+    control_net: bool = False
     detail: float = 1.0
 
     @property

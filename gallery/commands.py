@@ -5,7 +5,7 @@ import re
 import sys
 from argparse import Namespace
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gallery.catalog import catalog, find, known
 
@@ -66,11 +66,11 @@ def show(options: Namespace) -> int:
 
     if options.out is not None and options.out.suffix.lower() != ".png":
         raise ValueError(f"a picture is saved as .png, got {options.out.name!r}")
-    meshes, look = make(options)
+    things, look = make(options)
     if options.out is None:
-        open_window(*meshes, look=look, size=options.size)
+        open_window(*things, look=look, size=options.size)
     else:
-        draw(meshes, options.out, look=look, size=options.size)
+        draw(things, options.out, look=look, size=options.size)
         say(options.out)
     return 0
 
@@ -80,7 +80,7 @@ def mesh(options: Namespace) -> int:
     from implicit.files import check_suffix, save
 
     check_suffix(options.out)
-    made = make(options)[0][0]
+    made: Any = make(options)[0][0]
     save(made, options.out)
     say(made.report())
     return 0
@@ -99,7 +99,7 @@ def doctor(options: Namespace) -> int:
     return 4 if sick else 0
 
 
-def make(options: Namespace) -> "tuple[list[Mesh], Look]":
+def make(options: Namespace) -> "tuple[list[object], Look]":
     """The mesh of the surface asked for, with what else belongs in its picture, and how it is looked at."""
     from gallery.cards import implicit_card, parametric_card
 

@@ -13,7 +13,7 @@ OCEAN = Look()
 MOSS = Look(outside=(0.21, 0.50, 0.40), inside=(0.94, 0.83, 0.60))
 PLUM = Look(outside=(0.44, 0.31, 0.60), inside=(0.96, 0.76, 0.52))
 TEAL = Look(outside=(0.09, 0.50, 0.55), inside=(0.98, 0.80, 0.46))
-GOLD = Look(outside=(0.91, 0.67, 0.22), inside=(0.20, 0.38, 0.60))
+GOLD = Look(outside=(0.91, 0.67, 0.22), inside=(0.24, 0.46, 0.72))
 STEEL = Look(outside=(0.50, 0.60, 0.72), inside=(0.94, 0.64, 0.42))
 CONFETTI = Look(triangles="random")
 

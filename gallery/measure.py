@@ -32,18 +32,29 @@ def parametric_distance(mesh: Mesh, surfaces: tuple[Any, ...], count: int = 40) 
     from scipy.spatial import cKDTree
 
     triangles = mesh.vertices[mesh.faces]
-    tree = cKDTree(triangles.mean(axis=1))
+    middles = triangles.mean(axis=1)
+    reach = float(np.max(np.linalg.norm(triangles - middles[:, None], axis=2)))
+    tree = cKDTree(middles)
     worst = 0.0
     for surface in surfaces:
-        (u0, u1), (v0, v1) = surface.domain
-        share = (np.arange(count) + 0.5) / count
-        u, v = np.meshgrid(u0 + (u1 - u0) * share, v0 + (v1 - v0) * share)
-        points = surface(u, v).reshape(-1, 3)
-        _, near = tree.query(points, k=min(12, len(triangles)))
-        near = near.reshape(len(points), -1)
-        distances = [distance_to_triangles(points, triangles[near[:, column]]) for column in range(near.shape[1])]
-        worst = max(worst, float(np.max(np.min(distances, axis=0))))
+        points = sample(surface, count).reshape(-1, 3)
+        near = tree.query(points, k=[*range(1, min(12, len(triangles)) + 1)])[1]
+        bounds = np.min([distance_to_triangles(points, triangles[column]) for column in near.T], axis=0)
+        for index in np.argsort(bounds)[::-1]:
+            if bounds[index] <= worst:
+                break
+            nearby = triangles[tree.query_ball_point(points[index], bounds[index] + reach)]
+            exact = distance_to_triangles(np.broadcast_to(points[index], (len(nearby), 3)), nearby)
+            worst = max(worst, float(exact.min()))
     return worst
+
+
+def sample(surface: Any, count: int) -> Points:
+    """Points (count, count, 3) of a parametric surface at the middles of `count` by `count` cells of its domain."""
+    share = (np.arange(count) + 0.5) / count
+    (u0, u1), (v0, v1) = surface.domain
+    u, v = np.meshgrid(u0 + (u1 - u0) * share, v0 + (v1 - v0) * share)
+    return np.asarray(surface(u, v))
 
 
 def distance_to_triangles(points: Points, triangles: Points) -> Points:

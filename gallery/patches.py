@@ -1,5 +1,6 @@
 """Parametric surfaces of the catalogue: each constructor of the textbook once, and the teapot."""
 
+from dataclasses import replace
 from math import pi
 from typing import Any
 
@@ -16,7 +17,7 @@ def bezier_patch() -> Any:
     """A bicubic patch: a saddle with a bump."""
     from parametric import BezierSurface
 
-    heights = [[0, 1, 1, 0.4], [1, -1.2, 3.2, 0.6], [0.6, 2.6, -1.6, 1.4], [0.2, 0.8, 1.2, -0.2]]
+    heights = [[0, 1, 1, 0.4], [1, -1, 2.6, 0.6], [0.6, 2.2, -1.2, 1.4], [0.2, 0.8, 1.2, -0.2]]
     return BezierSurface([[(i, j, heights[i][j]) for j in range(4)] for i in range(4)])
 
 
@@ -57,7 +58,7 @@ def revolved_vase() -> Any:
     from parametric import BSplineCurve, revolve
 
     profile = [(0, 0, 0), (0.75, 0, 0), (1.15, 0, 0.45), (1.2, 0, 1.2), (0.35, 0, 1.75), (0.4, 0, 2.4), (0.85, 0, 2.75)]
-    return revolve(BSplineCurve(profile, 3), ((0, 0, 0), (0, 0, 1)))
+    return revolve(BSplineCurve(profile[::-1], 3), ((0, 0, 0), (0, 0, 1)))
 
 
 def swept_knot() -> Any:
@@ -71,10 +72,14 @@ def swept_knot() -> Any:
 
 
 def enneper_surface() -> Any:
-    """Enneper's minimal surface, which cuts itself."""
+    """Enneper's minimal surface over a disc: (u - u^3/3 + u v^2, v - v^3/3 + v u^2, u^2 - v^2) with u + iv = r e^ia."""
+    from sympy import cos, sin
+
     from parametric import FormulaSurface, u, v
 
-    return FormulaSurface((u - u**3 / 3 + u * v**2, v - v**3 / 3 + v * u**2, u**2 - v**2), ((-1.6, 1.6), (-1.6, 1.6)))
+    x = u * cos(v) - u**3 / 3 * cos(3 * v)
+    y = u * sin(v) + u**3 / 3 * sin(3 * v)
+    return FormulaSurface((x, y, u**2 * cos(2 * v)), ((0, 2), (0, 2 * pi)))
 
 
 def moebius_strip() -> Any:
@@ -102,7 +107,9 @@ PATCHES = (
         f"{TEXTBOOK}: bicubic, 16 control points",
         Facts(closed=False, euler=1),
         build=bezier_patch,
-        look=OCEAN,
+        look=replace(OCEAN, view=(1.2, -1.5, 1.3)),
+        iso_lines=(8, 8),
+        control_net=True,
     ),
     Entry(
         "bspline_surface",
@@ -111,7 +118,9 @@ PATCHES = (
         f"{TEXTBOOK}: degree (3, 3), clamped, 9 × 7 control points",
         Facts(closed=False, euler=1),
         build=bspline_surface,
-        look=TEAL,
+        look=replace(TEAL, view=(1.1, -1.6, 1.7)),
+        iso_lines=(12, 10),
+        control_net=True,
     ),
     Entry(
         "coons_patch",
@@ -120,7 +129,8 @@ PATCHES = (
         f"{TEXTBOOK}: bilinearly blended between four curves; Coons, MIT MAC-TR-41, 1967",
         Facts(closed=False, euler=1),
         build=coons_patch,
-        look=MOSS,
+        look=replace(MOSS, view=(1.4, -1.4, 1.4)),
+        iso_lines=(10, 10),
     ),
     Entry(
         "ruled_surface",
@@ -130,6 +140,7 @@ PATCHES = (
         Facts(closed=False, euler=0),
         build=ruled_surface,
         look=PLUM,
+        iso_lines=(30, 0),
     ),
     Entry(
         "revolved_vase",
@@ -138,6 +149,7 @@ PATCHES = (
         f"{TEXTBOOK}: a cubic B-spline profile turned about the z-axis",
         Facts(closed=False, euler=1),
         build=revolved_vase,
+        iso_lines=(12, 20),
         look=Look(outside=(0.78, 0.50, 0.34), inside=(0.36, 0.25, 0.22), view=(1.0, -1.7, 1.25)),
     ),
     Entry(
@@ -156,7 +168,8 @@ PATCHES = (
         "Enneper 1864, a minimal surface; its implicit equation has degree 9",
         Facts(closed=False, euler=1),
         build=enneper_surface,
-        look=OCEAN,
+        look=replace(OCEAN, view=(0.9, -1.3, 1.1)),
+        iso_lines=(8, 32),
     ),
     Entry(
         "moebius_strip",
@@ -166,6 +179,7 @@ PATCHES = (
         Facts(closed=False, euler=0),
         build=moebius_strip,
         look=STEEL,
+        iso_lines=(36, 6),
     ),
     Entry(
         "teapot",

@@ -5,20 +5,20 @@ Both renderers draw the same pieces: `show.py` with PyVista, `paint.py` without 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.domain import Vector
+from implicit.domain import Bounds, Vector
 from implicit.mesh import Mesh
+from implicit.sticks import Faces, Points, Shape, ball, block, merge, rods, tube, unit
+from implicit.topology import find_edges
 
-Points: TypeAlias = NDArray[np.float64]
-Faces: TypeAlias = NDArray[np.int64]
+if TYPE_CHECKING:
+    from implicit.singular import SingularLocus
+
 Color: TypeAlias = tuple[float, float, float]
-
-Shape: TypeAlias = tuple[Points, Faces, Points]
-"""Vertices, faces, normals."""
 Image: TypeAlias = NDArray[np.uint8]
 
 SUPERSAMPLING = 2
@@ -51,6 +51,17 @@ class Look:
 
 
 @dataclass(frozen=True, eq=False)
+class Line:
+    """A polyline (n, 3) drawn as a thin dark line beside the meshes of a picture, with `dots` at its points."""
+
+    points: Points
+    dots: bool = False
+
+
+Thing: TypeAlias = Mesh | Line
+
+
+@dataclass(frozen=True, eq=False)
 class Piece:
     """Triangles of a picture: vertices (V, 3), faces (F, 3), normals (V, 3) and a colour for each side.
 
@@ -78,8 +89,8 @@ class Eye:
     @property
     def axes(self) -> Points:
         """Rows: right, up and towards the eye, orthonormal."""
-        back = _unit(self.position - self.focus)
-        right = _unit(np.cross(self.up, back))
+        back = unit(self.position - self.focus)
+        right = unit(np.cross(self.up, back))
         return np.array([right, np.cross(back, right), back])
 
 
@@ -89,8 +100,8 @@ def frame(points: Points, look: Look, aspect: float, margin: float = 0.1) -> Eye
     In the eye's axes a point (a, b, c) is inside the picture if |a - a0| <= s (c0 - c) and |b - b0| <= t (c0 - c),
     which are linear in the eye's place (a0, b0, c0): the smallest c0 that holds for all points is a maximum.
     """
-    back = _unit(np.array(look.view))
-    right = _unit(np.cross(look.up, back))
+    back = unit(np.array(look.view))
+    right = unit(np.cross(look.up, back))
     axes = np.array([right, np.cross(back, right), back])
     tall = np.tan(look.angle / 2) * (1 - margin)
     place, distance = np.zeros(3), []
@@ -112,23 +123,70 @@ def average(image: Points) -> Points:
     return np.asarray(blocks.mean(axis=(1, 3)))
 
 
-def compose(meshes: Sequence[Mesh], look: Look) -> list[Piece]:
-    """The pieces of a picture of `meshes`: surfaces with thin dark rims, then in red singular curves and points and
-    the boxes that could not be decided.
+def compose(things: Sequence[Thing], look: Look) -> list[Piece]:
+    """The pieces of a picture: surfaces with thin dark rims, dark lines, and in red singular curves and points and the
+    boxes that could not be decided.
     """
-    used = [_used(mesh) for mesh in meshes]
+    meshes = [thing for thing in things if isinstance(thing, Mesh)]
+    lines = [thing for thing in things if isinstance(thing, Line)]
+    used = [_used(mesh) for mesh in meshes] + [line.points for line in lines]
     if not any(map(len, used)):
         raise ValueError("there is nothing to draw: every mesh is empty")
     size = float(np.linalg.norm(np.ptp(np.concatenate(used), axis=0)))
     pieces = [_surface(mesh, look, seed) for seed, mesh in enumerate(meshes) if len(mesh.faces)]
+    dark = [rods(rim, 0.0015 * size) for rim in (mesh.vertices[_rims(mesh)] for mesh in meshes) if len(rim)]
+    for line in lines:
+        dark += [tube(line.points, 0.0012 * size)] if len(line.points) > 1 else []
+        dark += [ball(point, 0.006 * size, 8) for point in line.points] if line.dots else []
+    red = []
     for mesh in meshes:
-        rims = mesh.vertices[_rims(mesh.faces)]
-        pieces += [_plain(rods(rims, 0.0015 * size), DARK)] if len(rims) else []
-        pieces += [_plain(tube(mesh.vertices[curve], 0.004 * size), RED) for curve in mesh.curves if len(curve) > 1]
-        pieces += [_plain(ball(mesh.vertices[index], 0.011 * size), RED) for index in mesh.points]
-        boxes = () if mesh.unresolved is None else mesh.unresolved
-        pieces += [_plain(_block(box), RED) for box in boxes]
+        red += [tube(mesh.vertices[curve], 0.004 * size) for curve in mesh.curves if len(curve) > 1]
+        red += [ball(mesh.vertices[index], 0.011 * size) for index in mesh.points]
+        red += [block(box) for box in (() if mesh.unresolved is None else mesh.unresolved)]
+    for shapes, color in ((dark, DARK), (red, RED)):
+        pieces += [Piece(*merge(shapes), np.array(color), np.array(color))] if shapes else []
     return pieces
+
+
+def gather(things: Sequence[object], bounds: Bounds | float) -> list[Thing]:
+    """Meshes and lines as they are, singular loci as points and curves, implicit surfaces as their mesh in `bounds`.
+
+    Raises TypeError for anything else.
+    """
+    return [_to_thing(thing, bounds) for thing in things]
+
+
+def _to_thing(thing: object, bounds: Bounds | float) -> Thing:
+    if isinstance(thing, Mesh | Line):
+        return thing
+    from implicit.singular import SingularLocus
+    from implicit.surface import Surface
+
+    if isinstance(thing, SingularLocus):
+        return locus_mesh(thing)
+    if isinstance(thing, Surface):
+        from implicit.polygonize import polygonize
+
+        return polygonize(thing, bounds)
+    raise TypeError(
+        "a picture is made of meshes, implicit surfaces, singular loci and lines, "
+        f"got {type(thing).__name__}; tessellate a parametric surface or shell first"
+    )
+
+
+def locus_mesh(locus: "SingularLocus") -> Mesh:
+    """Singular points and curves as a mesh without faces."""
+    positions = [np.reshape([point.position for point in locus.points], (-1, 3))]
+    curves: list[Faces] = []
+    start = len(locus.points)
+    points = [np.arange(start)]
+    for curve in locus.curves:
+        positions += [curve.polyline, np.reshape(curve.special, (-1, 3))]
+        curves.append(np.arange(start, start + len(curve.polyline)))
+        start += len(curve.polyline) + len(curve.special)
+        points.append(np.arange(start - len(curve.special), start))
+    vertices = np.concatenate(positions)
+    return Mesh(vertices, [], np.zeros_like(vertices), curves, np.concatenate(points), locus.undecided)
 
 
 def corners(pieces: Sequence[Piece]) -> Points:
@@ -148,16 +206,10 @@ def _mark(size: int, *indices: Faces) -> NDArray[np.bool_]:
     return marked
 
 
-def _rims(faces: Faces) -> Faces:
+def _rims(mesh: Mesh) -> Faces:
     """The edges (n, 2) that belong to one face only."""
-    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    order = np.lexsort(sides.T)
-    sides = sides[order]
-    same = (sides[1:] == sides[:-1]).all(axis=1)
-    alone = np.ones(len(sides), dtype=bool)
-    alone[1:] &= ~same
-    alone[:-1] &= ~same
-    return np.asarray(sides[alone])
+    edges = find_edges(mesh.faces, len(mesh.vertices))
+    return np.stack(np.divmod(edges.keys[edges.uses == 1], max(edges.size, 1)), axis=1)
 
 
 def _surface(mesh: Mesh, look: Look, seed: int) -> Piece:
@@ -166,10 +218,6 @@ def _surface(mesh: Mesh, look: Look, seed: int) -> Piece:
     if look.triangles == "random":
         outside = inside = np.random.default_rng(seed).uniform(0.15, 1.0, (len(faces), 3))
     return Piece(vertices, faces, normals, outside, inside, look.edges)
-
-
-def _plain(shape: Shape, color: Color) -> Piece:
-    return Piece(*shape, np.array(color), np.array(color))
 
 
 def split_sheets(mesh: Mesh, crease: float = 0.7) -> Shape:
@@ -181,14 +229,14 @@ def split_sheets(mesh: Mesh, crease: float = 0.7) -> Shape:
     """
     vertices, faces, normals = mesh.vertices, mesh.faces, mesh.normals
     flat = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
-    flat = _unit(flat)[:, None]
+    flat = unit(flat)[:, None]
     special = _mark(len(vertices), mesh.points, *mesh.curves)
     corner = normals[faces]
     lost = special[faces] | (np.sum(corner * flat, axis=2) < np.cos(crease))
     kept = np.where(lost[:, :, None], 0.0, corner)
     others = kept.sum(axis=1, keepdims=True)
     others = np.where(lost.all(axis=1)[:, None, None], flat, others)
-    corner = np.where(lost[:, :, None], _unit(others), corner)
+    corner = np.where(lost[:, :, None], unit(others), corner)
     index = faces.copy()
     index[lost] = len(vertices) + np.arange(int(lost.sum()))
     return (
@@ -196,72 +244,3 @@ def split_sheets(mesh: Mesh, crease: float = 0.7) -> Shape:
         index,
         np.concatenate([normals, corner[lost]]),
     )
-
-
-def tube(line: Points, radius: float, sides: int = 10) -> Shape:
-    """A round tube along a polyline (n, 3): vertices, faces, normals. Its rings turn as little as they can."""
-    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    line = line[np.concatenate([[True], steps > 1e-9 * radius])]
-    along = _unit(np.gradient(line, axis=0)) if len(line) > 1 else np.array([[0.0, 0.0, 1.0]])
-    across = _unit(np.cross(along[0], np.eye(3)[np.argmin(abs(along[0]))]))
-    rings = []
-    angles = np.linspace(0, 2 * np.pi, sides, endpoint=False)[:, None]
-    for direction in along:
-        across = _unit(across - direction * (across @ direction))
-        rings.append(np.cos(angles) * across + np.sin(angles) * np.cross(direction, across))
-    normals = np.array(rings)
-    start = (np.arange(len(line) - 1)[:, None] * sides + np.arange(sides)).ravel()
-    after = (np.arange(len(line) - 1)[:, None] * sides + (np.arange(sides) + 1) % sides).ravel()
-    faces = np.concatenate(
-        [np.column_stack([start, after, after + sides]), np.column_stack([start, after + sides, start + sides])]
-    )
-    return (line[:, None] + radius * normals).reshape(-1, 3), faces, normals.reshape(-1, 3)
-
-
-def rods(segments: Points, radius: float, sides: int = 6) -> Shape:
-    """Round rods along segments (n, 2, 3)."""
-    along = _unit(segments[:, 1] - segments[:, 0])
-    across = _unit(np.cross(along, np.eye(3)[np.argmin(abs(along), axis=1)]))
-    angles = np.linspace(0, 2 * np.pi, sides, endpoint=False)[:, None, None]
-    ring = np.cos(angles) * across + np.sin(angles) * np.cross(along, across)  # (sides, n, 3)
-    normals = np.stack([ring, ring])
-    vertices = segments.transpose(1, 0, 2)[:, None] + radius * normals
-    count = len(segments)
-    start = np.arange(sides * count)
-    after = np.roll(start, -count)
-    above = sides * count
-    faces = [np.column_stack([start, after, after + above]), np.column_stack([start, after + above, start + above])]
-    return vertices.reshape(-1, 3), np.concatenate(faces), normals.reshape(-1, 3)
-
-
-def ball(center: Points, radius: float, rings: int = 12) -> Shape:
-    """A sphere of 2 `rings` meridians: vertices, faces, normals."""
-    height, turn = np.meshgrid(
-        np.linspace(np.pi, 0, rings + 1), np.linspace(0, 2 * np.pi, 2 * rings + 1), indexing="ij"
-    )
-    normals = np.stack([np.sin(height) * np.cos(turn), np.sin(height) * np.sin(turn), np.cos(height)], axis=-1)
-    row = np.arange(rings)[:, None] * (2 * rings + 1) + np.arange(2 * rings)
-    a, b = row.ravel(), row.ravel() + 2 * rings + 1
-    faces = np.concatenate([np.column_stack([a, a + 1, b + 1]), np.column_stack([a, b + 1, b])])
-    normals = normals.reshape(-1, 3)
-    return center + radius * normals, faces, normals
-
-
-def _block(box: Points) -> Shape:
-    """The six faces of a box (2, 3), each with its own normal."""
-    unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    vertices, normals = [], []
-    for axis in range(3):
-        for side in (0.0, 1.0):
-            square = np.insert(unit if side else unit[::-1], axis, side, axis=1)
-            square = square if axis != 1 else square[::-1]
-            vertices.append(box[0] + square * (box[1] - box[0]))
-            normals.append(np.tile(np.eye(3)[axis] * (2 * side - 1), (4, 1)))
-    first = 4 * np.arange(6)[:, None]
-    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
-    return np.concatenate(vertices), faces, np.concatenate(normals)
-
-
-def _unit(vectors: Points) -> Points:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

@@ -17,8 +17,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import pyvista
 
+from implicit.domain import Bounds
 from implicit.mesh import Mesh
-from implicit.scene import SUPERSAMPLING, Eye, Image, Look, Piece, average, compose, corners, frame
+from implicit.scene import SUPERSAMPLING, Eye, Image, Look, Piece, average, compose, corners, frame, gather
 
 Renderer: TypeAlias = Literal["auto", "vtk", "matplotlib"]
 
@@ -54,13 +55,17 @@ def to_pyvista(mesh: Mesh) -> pyvista.PolyData:
     return data
 
 
-def show(*things: Mesh, look: Look = Look(), size: tuple[int, int] = (1024, 768)) -> None:  # noqa: B008
-    """Show meshes in a window that can be turned, or as a picture in a notebook.
+def show(
+    *things: object,
+    look: Look = Look(),  # noqa: B008
+    size: tuple[int, int] = (1024, 768),
+    bounds: Bounds | float = 2.0,
+) -> None:
+    """Show meshes, implicit surfaces and singular loci in a window that can be turned, or as a picture in a notebook.
 
-    Raises RuntimeError without a display; `render` draws a picture file there.
+    bounds: where to look at implicit surfaces. Raises RuntimeError without a display; `render` draws a file there.
     """
-    meshes = _meshes(things)
-    pieces = compose(meshes, look)
+    pieces = compose(gather(things, bounds), look)
     eye = frame(corners(pieces), look, size[0] / size[1])
     if _in_notebook():
         from IPython import display
@@ -76,23 +81,28 @@ def show(*things: Mesh, look: Look = Look(), size: tuple[int, int] = (1024, 768)
 
 
 def render(
-    things: Mesh | Sequence[Mesh],
+    things: object,
     path: str | os.PathLike[str],
     *,
     size: tuple[int, int] = (640, 480),
     look: Look = Look(),  # noqa: B008
     renderer: Renderer = "auto",
+    bounds: Bounds | float = 2.0,
 ) -> None:
-    """Draw meshes into the PNG file `path`, `size` pixels wide and high.
+    """Draw a mesh, an implicit surface, a singular locus or several of them into the PNG file `path`.
 
-    Each side of a surface has its colour, the light is smooth by the mesh's normals, singular curves and points and
-    boxes that could not be decided are red, and the eye stands where everything just fits.
+    Each side of a surface has its colour, the light is smooth by the mesh's normals, rims are thin and dark, singular
+    curves and points and boxes that could not be decided are red, and the eye stands where everything just fits.
 
-    renderer: "vtk", "matplotlib" (plainer, needs no graphics library), or "auto", which takes the first that works
-    and warns when that is not vtk. The same meshes, look and size give the same picture on one machine.
+    size      pixels across and down
+    renderer  "vtk"; "matplotlib", plainer, needs no graphics library; "auto", the first that works, with a warning
+              when that is not vtk
+    bounds    where to look at implicit surfaces that are no mesh yet
+
+    The same things, look and size give the same picture on one machine. Raises ValueError when there is nothing to
+    draw, TypeError for what cannot be drawn and RuntimeError for "vtk" without an OpenGL library.
     """
-    meshes = _meshes(things if isinstance(things, Sequence) else [things])
-    pieces = compose(meshes, look)
+    pieces = compose(gather(things if isinstance(things, Sequence) else [things], bounds), look)
     eye = frame(corners(pieces), look, size[0] / size[1])
     path = Path(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -193,16 +203,6 @@ def _fill(plotter: Any, pieces: list[Piece], eye: Eye, look: Look) -> None:
     camera.position, camera.focal_point, camera.up = eye.position, eye.focus, eye.up
     camera.view_angle = np.degrees(eye.angle)
     plotter.renderer.ResetCameraClippingRange()
-
-
-def _meshes(things: Sequence[Any]) -> list[Mesh]:
-    for thing in things:
-        if not isinstance(thing, Mesh):
-            raise TypeError(
-                f"a picture is made of meshes, got {type(thing).__name__}; "
-                "polygonize an implicit surface and tessellate a parametric one first"
-            )
-    return list(things)
 
 
 def _in_notebook() -> bool:
