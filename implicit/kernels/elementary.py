@@ -42,10 +42,10 @@ def fill(out: Floats, value: float) -> None:
 @njit(**OPTIONS)
 def sine(out: Floats, a: Floats, shift: float) -> None:
     """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
-    largest = 0.0
+    far = False
     for k in range(out.shape[0]):
         v = a[k]
-        largest = max(largest, abs(v))
+        far |= abs(v) > SIN_MOST
         q = ((v * 0.3183098861837907 + shift) + _ROUND) - _ROUND
         n = q - shift
         r = ((v - n * 3.1415926218032837) - n * 3.178650942459171e-08) - n * 1.2246467864107189e-16
@@ -62,7 +62,7 @@ def sine(out: Floats, a: Floats, shift: float) -> None:
         half = q * 0.5
         odd = q - 2.0 * ((half + _ROUND) - _ROUND)
         out[k] = p * (1.0 - 2.0 * abs(odd))
-    if largest > SIN_MOST:
+    if far:
         for k in range(out.shape[0]):
             if abs(a[k]) > SIN_MOST:
                 out[k] = math.sin(a[k]) if shift == 0.0 else math.cos(a[k])
