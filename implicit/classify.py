@@ -21,6 +21,7 @@ Codes: TypeAlias = NDArray[np.int8]
 Rule: TypeAlias = Literal["nonzero", "positive", "evenodd"]
 
 INSIDE, ON, OUTSIDE = -1, 0, 1
+FLOOR = 2.0**-47  # of implicit surfaces that are no polynomials, times the largest coordinate where that exceeds 1
 _RULES = ("nonzero", "positive", "evenodd")
 
 
@@ -172,16 +173,27 @@ def _classify_surface(
     surface: Surface, points: Floats, exact: dict[int, tuple[Fraction, Fraction, Fraction]], tolerance: float | None
 ) -> Codes:
     from implicit.kernels.filter import UNSURE
+    from implicit.nearness import Nearness
     from implicit.sign import Sign, check_multiplicity
 
     check_multiplicity(surface)
     sign = Sign(surface)
-    codes = sign.signs(points)
-    for i, point in exact.items():
-        codes[i] = sign.exactly(point)
+    if tolerance:
+        codes = Nearness(sign, tolerance).decide(points)
+    else:
+        codes = sign.signs(points)
+        for i, point in exact.items():
+            codes[i] = sign.exactly(point)
     unsure = np.flatnonzero(codes == UNSURE)
+    if len(unsure) and tolerance is None:
+        codes[unsure] = [Nearness(sign, FLOOR * max(1.0, abs(p).max())).decide(p[None])[0] for p in points[unsure]]
+        unsure = unsure[codes[unsure] == UNSURE]
     if len(unsure):
-        raise UndecidedError(f"the sign of f was not proved at {len(unsure)} points, the first is {unsure[0]}", unsure)
+        wanted = "an exact answer" if tolerance == 0 else "an answer"
+        raise UndecidedError(
+            f"{wanted} was not proved at {len(unsure)} of {len(points)} points, first at {points[unsure[0]].tolist()}",
+            unsure,
+        )
     return codes
 
 

@@ -58,7 +58,7 @@ class Sign:
 
     def signs(self, points: Floats) -> Signs:
         """-1, 0 or 1 at points (n, 3); UNSURE where no proof was found, never for polynomials."""
-        out = self._filter(points, BLOCK)
+        out = self.around(points)
         for i in np.flatnonzero(out == UNSURE):
             x, y, z = (Fraction(float(c)) for c in points[i])
             out[i] = self.exactly((x, y, z))
@@ -74,35 +74,45 @@ class Sign:
             return 0
         return UNSURE if sign is None else sign
 
-    def _filter(self, points: Floats, block: int) -> Signs:
-        """Proven signs; blocks of points share an error bound, then each point that is left gets its own."""
-        out = self._floats(points, block)
-        if block > 1 and len(left := np.flatnonzero(out == UNSURE)):
-            out[left] = self._floats(np.ascontiguousarray(points[left]), 1)
+    def around(self, points: Floats, radius: Floats | float = 0.0) -> Signs:
+        """-1 or 1 where f has that sign at all points within a radius of a point (n, 3), by floats; else UNSURE.
+
+        Within means no coordinate differs by more. Blocks of points share a bound, those left get their own.
+        """
+        radii = np.atleast_1d(np.asarray(radius, dtype=float))
+        out = self._floats(points, radii, BLOCK)
+        if len(left := np.flatnonzero(out == UNSURE)):
+            own = radii[left] if len(radii) > 1 else radii
+            out[left] = self._floats(np.ascontiguousarray(points[left]), own, 1)
         return out
 
-    def _floats(self, points: Floats, block: int) -> Signs:
+    def _floats(self, points: Floats, radii: Floats, block: int) -> Signs:
         if self._terms is not None:
-            return _term_signs(self._terms, points, block)
+            return _term_signs(self._terms, points, radii, block)
         out = np.empty(len(points), dtype=np.int8)
         tape = self._tape
         registers = np.empty((len(tape) + 6, block + 16))
-        tape_signs(tape.code, tape.arguments, tape.constants, points, block, registers, out)
+        tape_signs(tape.code, tape.arguments, tape.constants, points, radii, block, registers, out)
         return out
 
 
-def _term_signs(field: PolynomialField, points: Floats, block: int) -> Signs:
+def _term_signs(field: PolynomialField, points: Floats, radii: Floats, block: int) -> Signs:
     """Signs by Horner lines. The error is at most gamma times the sum of the absolute values of all terms.
 
-    That sum grows with |x|, |y|, |z|, so it is computed once per block, where each of them is largest.
+    That sum grows with |x|, |y|, |z|, and so does its change within the radius: both are computed once per block,
+    where each coordinate is largest.
     """
     values = field.values(points)
     starts = np.arange(0, len(points), block)
     corners = np.maximum.reduceat(abs(points), starts, axis=0) if len(points) else np.empty((0, 3))
+    reach = np.maximum.reduceat(radii, starts)[:, None] if len(radii) > 1 else radii
     degree, terms = int(field.exponents.sum(axis=1).max()), len(field.coefficients)
     gamma = (degree + terms + 4) * _UNIT
-    magnitude = PolynomialField(field.exponents, abs(field.coefficients) * gamma + field.errors, field.errors)
-    bounds = np.repeat(magnitude.values(corners) * (1 + gamma) + _TINY, block)[: len(points)]
+    magnitude = PolynomialField(field.exponents, abs(field.coefficients) + field.errors, field.errors)
+    off = PolynomialField(field.exponents, field.errors, field.errors)
+    outer = magnitude.values(corners + reach)
+    bounds = outer - magnitude.values(corners) + 4 * gamma * outer + off.values(corners + reach) * 2 + _TINY
+    bounds = np.repeat(bounds, block)[: len(points)]
     with np.errstate(invalid="ignore"):
         return np.where(values > bounds, 1, np.where(values < -bounds, -1, UNSURE)).astype(np.int8)
 

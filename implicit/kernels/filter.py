@@ -26,12 +26,14 @@ def tape_signs(
     arguments: Indices,
     constants: Floats,
     points: Floats,
+    radii: Floats,
     block: int,
     registers: Floats,
     out: NDArray[np.int8],
 ) -> None:
-    """Store -1 or 1 where the sign of the result at a point (n, 3) is certain, UNSURE elsewhere.
+    """Store -1 or 1 where the sign of the result is certain at all points within a radius of a point, else UNSURE.
 
+    points (n, 3); distances are the largest difference of a coordinate; radii (n,), or (1,) for one radius for all.
     registers (rows of the tape + 6, >= block) is room to work in.
     """
     size = code.shape[0]
@@ -39,11 +41,14 @@ def tape_signs(
     largest, errors = np.empty(size), np.empty(size)
     for base in range(0, points.shape[0], block):
         n = min(block, points.shape[0] - base)
+        radius = radii[0]
         for k in range(n):
             for axis in range(3):
                 axes[axis, k] = points[base + k, axis]
+            if radii.shape[0] > 1:
+                radius = radii[base + k] if k == 0 else max(radius, radii[base + k])
         evaluate(code, 0, size, arguments, constants, axes, n, 8, registers, scratch)
-        bound_errors(code, arguments, constants, n, registers, largest, errors)
+        bound_errors(code, arguments, constants, n, radius, registers, largest, errors)
         bound, values = errors[size - 1], registers[size - 1]
         for k in range(n):
             v = values[k]
@@ -52,9 +57,19 @@ def tape_signs(
 
 @njit(**OPTIONS)
 def bound_errors(
-    code: Rows, arguments: Indices, constants: Floats, n: int, registers: Floats, largest: Floats, errors: Floats
+    code: Rows,
+    arguments: Indices,
+    constants: Floats,
+    n: int,
+    radius: float,
+    registers: Floats,
+    largest: Floats,
+    errors: Floats,
 ) -> None:
-    """Bounds for the absolute values of all registers and for their distance from the exact values."""
+    """Bounds for the absolute values of all registers, and for their distance from the exact values.
+
+    The exact values are meant at any point whose coordinates differ by at most the radius.
+    """
     for q in range(code.shape[0]):
         operation, a, b = code[q, 0], code[q, 1], code[q, 2]
         row = registers[q, :n]
@@ -62,7 +77,7 @@ def bound_errors(
             size = 0.0
             for k in range(n):
                 size = max(size, abs(row[k]))
-            largest[q], errors[q] = size, 0.0
+            largest[q], errors[q] = size, radius
             continue
         if operation == CONST:
             value = constants[a, 0]
