@@ -174,10 +174,10 @@ def _classify_surface(
 ) -> Codes:
     from implicit.kernels.filter import UNSURE
     from implicit.nearness import Nearness
-    from implicit.sign import Sign, check_multiplicity
+    from implicit.sign import sign_of
 
-    check_multiplicity(surface)
-    sign = Sign(surface)
+    sign = sign_of(surface)
+    sign.check_multiplicity()
     if tolerance:
         codes = Nearness(sign, tolerance).decide(points)
     else:

@@ -56,6 +56,24 @@ class Sign:
         """Whether every sign can be decided: f is rational arithmetic, or a polynomial over a number field."""
         return self._exact.rational or self.surface.polynomial is not None
 
+    @cached_property
+    def even_factors(self) -> tuple[Polynomial, ...]:
+        """The factors of f of even multiplicity, across which it does not change its sign."""
+        polynomial = self.surface.polynomial
+        if polynomial is None or polynomial.degree < 2 or _is_square_free(polynomial):
+            return ()
+        return tuple(factor for factor, multiplicity in polynomial.factors() if multiplicity % 2 == 0)
+
+    def check_multiplicity(self) -> None:
+        """Raise SignAmbiguousError if there are such factors."""
+        if self.even_factors:
+            listed = ", ".join(str(factor.to_sympy()) for factor in self.even_factors)
+            free = self.surface.polynomial.square_free if self.surface.polynomial is not None else None
+            raise SignAmbiguousError(
+                f"f has the factor {listed} with even multiplicity and does not change its sign there: inside and "
+                f"outside are not told apart; take the square-free part, {free}"
+            )
+
     def signs(self, points: Floats) -> Signs:
         """-1, 0 or 1 at points (n, 3); UNSURE where no proof was found, never for polynomials."""
         out = self.around(points)
@@ -96,6 +114,14 @@ class Sign:
         return out
 
 
+def sign_of(surface: Surface) -> Sign:
+    """The signs of a surface, kept with it as its other derived properties are."""
+    known = surface.__dict__.get("_sign")
+    if known is None:
+        known = surface.__dict__["_sign"] = Sign(surface)
+    return known
+
+
 def _term_signs(field: PolynomialField, points: Floats, radii: Floats, block: int) -> Signs:
     """Signs by Horner lines. The error is at most gamma times the sum of the absolute values of all terms.
 
@@ -129,20 +155,6 @@ def _is_zero(polynomial: Polynomial, point: Exact) -> bool:
     images = [context.constant(flint.fmpq(c.numerator, c.denominator)) for c in point]
     value = polynomial.flint.compose(*images, *context.gens()[3:], ctx=context)
     return bool(value.is_zero())
-
-
-def check_multiplicity(surface: Surface) -> None:
-    """Raise SignAmbiguousError if f has a factor of even multiplicity, across which it does not change its sign."""
-    polynomial = surface.polynomial
-    if polynomial is None or polynomial.degree < 2 or _is_square_free(polynomial):
-        return
-    even = [factor for factor, multiplicity in polynomial.factors() if multiplicity % 2 == 0]
-    if even:
-        listed = ", ".join(str(factor.to_sympy()) for factor in even)
-        raise SignAmbiguousError(
-            f"f has the factor {listed} with even multiplicity and does not change its sign there: inside and outside "
-            f"are not told apart; take the square-free part, Surface({str(polynomial.square_free.to_sympy())!r})"
-        )
 
 
 def _is_square_free(polynomial: Polynomial) -> bool:
