@@ -5,13 +5,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from parametric.parameters import Array, Interval, to_parameters
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature, Surface
     from parametric.curve import ParametricCurve
+    from parametric.shell import Shell
 
 Jet: TypeAlias = dict[tuple[int, int], Array]
 
@@ -144,3 +145,19 @@ class ParametricSurface(ABC):
         from parametric.formula import u, v
 
         return implicitize(self.expressions(), (u, v), **options)
+
+    @cached_property
+    def _shell(self) -> "Shell":
+        from parametric.shell import Shell
+
+        return Shell([self])
+
+    def classify_points(
+        self, points: ArrayLike, tolerance: float | None = None, rule: str = "nonzero"
+    ) -> NDArray[np.int8]:
+        """-1 inside, 0 on, +1 outside, for points (..., 3) and a closed surface; see `implicit.classify`."""
+        return self._shell.classify_points(points, tolerance, rule)
+
+    def winding_numbers(self, points: ArrayLike) -> Array:
+        """How often the surface winds round points (..., 3); see `implicit.winding_number`."""
+        return self._shell.winding_numbers(points)
