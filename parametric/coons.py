@@ -75,9 +75,10 @@ def coons(
     ribbons : (bottom, top, left, right), optional
         Derivatives across the edges p_v(u, 0), p_v(u, 1), p_u(0, v), p_u(1, v): the bicubically blended patch.
     twists : "zero", "adini", "gregory" or (2, 2, 3)
-        p_uv at the corners [u][v]; only used with ribbons. A twist that disagrees with a ribbon's derivative keeps
-        the patch from that ribbon near the corner: by how much is `.incompatibility`. "gregory" blends the two
-        derivatives of incompatible ribbons and interpolates all ribbons (not C2 at the corners).
+        The entries p_uv of the corner matrix, [u][v]; only used with ribbons. The two ribbons at a corner each ask
+        for a twist. Where the one given differs, the patch misses the ribbons nearby: by how much it differs is
+        `.twist_error`, by how much the two ribbons disagree is `.incompatibility`. "gregory" blends what they ask
+        for and interpolates all ribbons, at the price of second derivatives that jump at the corners.
 
     Raises ValueError where curves or ribbons do not meet, with the corner and the distance.
     Source: Coons 1967, MIT MAC-TR-41; Gregory 1974, doi:10.1016/B978-0-12-079050-0.50009-6.

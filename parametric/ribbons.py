@@ -17,14 +17,18 @@ class CoonsPatch(BlendedSurface):
     """A Coons patch; made by `coons`."""
 
     incompatibility: Array | None = None
-    """By how much the derivatives of the two ribbons at each corner [u][v] disagree, (2, 2); None without ribbons."""
+    """By how much the twists that the two ribbons at each corner [u][v] ask for disagree, (2, 2); None without."""
+    twist_error: Array | None = None
+    """By how much the twist given at each corner differs from what a ribbon there asks for, (2, 2): up to 4/27 of it
+    is what the patch misses the ribbons by. Zero for Gregory's patch."""
 
 
 class GregoryPatch(CoonsPatch):
-    """A Coons patch whose twists are blends of those that its ribbons ask for, (u a + v b) / (u + v) at a corner.
+    """A Coons patch whose twists are blends (s a + r b) / (s + r) of those that its ribbons ask for.
 
-    Here a is the derivative along v of p_u on the edge of constant u, b that along u of p_v on the edge of constant v,
-    each weighted by the distance from the other edge. Second derivatives at a corner depend on the way into it.
+    Here a is the derivative along v of p_u on the edge of constant u and b that along u of p_v on the edge of constant
+    v; s is the distance from the first edge and r that from the second. Towards the second edge the twist becomes a,
+    which is what its ribbon needs. Second derivatives at a corner depend on the way into it.
     """
 
     twists: tuple[Array, Array]
@@ -34,7 +38,7 @@ class GregoryPatch(CoonsPatch):
         along_v, along_u = self.twists
         for a in (0, 1):
             for b in (0, 1):
-                jump = along_v[a, b] - along_u[a, b]
+                jump = along_u[a, b] - along_v[a, b]
                 total = total + self._share(u, v, i, j, a, b)[..., None] * jump
         return total
 
@@ -76,12 +80,14 @@ def ribboned(
     along_v = np.stack([across[name].derivative([0.0, 1.0]) for name in COLUMNS])  # d/dv of p_u
     along_u = np.stack([across[name].derivative([0.0, 1.0]) for name in ROWS], axis=1)  # d/du of p_v
     gregory = isinstance(twists, str) and twists == "gregory"
-    tensor[2:, 2:] = along_u if gregory else _twists(twists, tensor)
+    tensor[2:, 2:] = along_v if gregory else _twists(twists, tensor)
     blend = hermite_blend()
     rows = [curves[n] for n in ROWS] + [across[n] for n in ROWS]
     columns = [curves[n] for n in COLUMNS] + [across[n] for n in COLUMNS]
     patch = (GregoryPatch if gregory else CoonsPatch)(rows, blend, columns, blend, tensor)
     patch.incompatibility = np.linalg.norm(along_v - along_u, axis=-1)
+    given = np.linalg.norm(np.stack([along_v, along_u]) - tensor[2:, 2:], axis=-1).max(axis=0)
+    patch.twist_error = np.zeros((2, 2)) if gregory else given
     if isinstance(patch, GregoryPatch):
         patch.twists = along_v, along_u
     return patch
