@@ -1,6 +1,7 @@
 """Ideals over Q in x, y, z, w by Groebner bases: dimension, number of points, coordinates of finitely many points.
 
 w is the generator of the field of the coefficients, with its minimal polynomial among the equations; over Q it is 0.
+A fifth variable v is free for 1 = v p, which takes the zeros of p away.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,24 +13,24 @@ from flint import Ordering, fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx, fmpq_pol
 
 from implicit.singular.form import Form
 
-NAMES = ("x", "y", "z", "w", "tag")
+NAMES = ("x", "y", "z", "w", "v", "unit")
 RATIONAL = fmpq_mpoly_ctx.get(NAMES, Ordering.degrevlex)
 INTEGRAL = fmpz_mpoly_ctx.get(NAMES, Ordering.degrevlex)
-Exponents = tuple[int, int, int, int]
+Exponents = tuple[int, int, int, int, int]
 Vector = dict[Exponents, fmpq]
-_TAG = INTEGRAL.gens()[4]
+_UNIT = INTEGRAL.gens()[5]
 
 _LIMITS = (250, 1500, 12000)  # members, terms, bits: beyond them a basis is given up
 
 
 def lift(form: Form) -> fmpq_mpoly:
     """The form as a polynomial in x, y, z, w."""
-    return RATIONAL.from_dict({(*m, n, 0): a for m, c in form.terms.items() for n, a in enumerate(c.coeffs()) if a != 0})
+    return RATIONAL.from_dict({(*m, n, 0, 0): a for m, c in form.terms.items() for n, a in enumerate(c.coeffs()) if a != 0})
 
 
 def field_equation(form: Form) -> fmpq_mpoly:
     """The minimal polynomial of w."""
-    return RATIONAL.from_dict({(0, 0, 0, n, 0): a for n, a in enumerate(form.field.modulus.coeffs()) if a != 0})
+    return RATIONAL.from_dict({(0, 0, 0, n, 0, 0): a for n, a in enumerate(form.field.modulus.coeffs()) if a != 0})
 
 
 def whole(p: fmpq_mpoly) -> fmpz_mpoly:
@@ -54,11 +55,19 @@ class Ideal:
     def of(cls, equations: Iterable[fmpq_mpoly]) -> "Ideal | None":
         """The ideal of some equations; None where the basis grows too large."""
         members = [whole(e) for e in equations if e != 0]
+        if not any(m.degrees()[4] for m in members):
+            members.append(INTEGRAL.gens()[4])
         basis, finished = fmpz_mpoly_vec(members, INTEGRAL).buchberger_naive(limits=_LIMITS)
         if not finished:
             return None
         reduced = basis.autoreduction()
         return cls(tuple(reduced[n] for n in range(len(reduced))))
+
+    @property
+    def members(self) -> list[fmpq_mpoly]:
+        """The basis, with v itself last if v does not occur otherwise."""
+        found = [RATIONAL.from_dict({m: fmpq(c) for m, c in g.to_dict().items()}) for g in self.basis]
+        return sorted(found, key=lambda g: g == RATIONAL.gens()[4])
 
     @cached_property
     def leading(self) -> list[Exponents]:
@@ -73,17 +82,17 @@ class Ideal:
     @cached_property
     def is_finite(self) -> bool:
         """Whether there are finitely many complex points."""
-        return all(any(m[a] == sum(m) for m in self.leading) for a in range(4))
+        return all(any(m[a] == sum(m) for m in self.leading) for a in range(5))
 
     @cached_property
     def standard(self) -> list[Exponents]:
         """The monomials outside the leading ideal, a basis of the quotient; only for finitely many points."""
         found: list[Exponents] = []
-        layer: set[Exponents] = {(0, 0, 0, 0)}
+        layer: set[Exponents] = {(0,) * 5}
         while layer:
             kept = sorted(m for m in layer if not any(_divides(g, m) for g in self.leading))
             found.extend(kept)
-            layer = {_raised(m, a) for m in kept for a in range(4)}
+            layer = {_raised(m, a) for m in kept for a in range(5)}
         return found
 
     def normal_form(self, p: fmpq_mpoly) -> Vector:
@@ -93,52 +102,53 @@ class Ideal:
         """
         terms = p.to_dict()
         scale = lcm(*(int(c.q) for c in terms.values())) if terms else 1
-        reduced = (whole(p) + _TAG).reduction_primitive_part(self._vector).to_dict()
-        factor = next(c for m, c in reduced.items() if m[4])
-        return {_exponents(m): fmpq(int(c), int(factor) * scale) for m, c in reduced.items() if not m[4]}
+        reduced = (whole(p) + _UNIT).reduction_primitive_part(self._vector).to_dict()
+        factor = next(c for m, c in reduced.items() if m[5])
+        return {_exponents(m): fmpq(int(c), int(factor) * scale) for m, c in reduced.items() if not m[5]}
 
     @cached_property
     def _vector(self) -> fmpz_mpoly_vec:
         return fmpz_mpoly_vec(list(self.basis), INTEGRAL)
 
-    def powers(self, axis: int, count: int) -> list[Vector]:
-        """The normal forms of 1, v, v^2, ... for a variable v."""
+    def powers(self, form: Sequence[int], count: int) -> list[Vector]:
+        """The normal forms of 1, v, v^2, ... for a linear form v in the variables."""
         image: dict[Exponents, Vector] = {}
-        out: list[Vector] = [{(0, 0, 0, 0): fmpq(1)}]
+        out: list[Vector] = [{(0,) * 5: fmpq(1)}]
         for _ in range(count):
             total: Vector = {}
             for m, c in out[-1].items():
                 if m not in image:
-                    image[m] = self.normal_form(RATIONAL.from_dict({(*_raised(m, axis), 0): fmpq(1)}))
+                    raised = {(*_raised(m, a), 0): fmpq(n) for a, n in enumerate(form) if n}
+                    image[m] = self.normal_form(RATIONAL.from_dict(raised))
                 for e, a in image[m].items():
                     total[e] = total.get(e, fmpq(0)) + c * a
             out.append({e: a for e, a in total.items() if a != 0})
         return out
 
-    def minimal_polynomial(self, axis: int) -> fmpq_poly:
-        """The polynomial of least degree in one variable that vanishes at all the finitely many points."""
+    def minimal_polynomial(self, form: Sequence[int]) -> fmpq_poly:
+        """The polynomial of least degree in a linear form that vanishes at all the finitely many points."""
         n = len(self.standard)
-        powers = self.powers(axis, n)
+        powers = self.powers(form, n)
         rows = fmpq_mat([[v.get(m, fmpq(0)) for v in powers] for m in self.standard])
         reduced, rank = rows.rref()
         return fmpq_poly([*(-reduced[r, rank] for r in range(rank)), 1])
 
 
-def coordinates(radical: Ideal, axis: int, wanted: Sequence[int]) -> tuple[fmpq_poly, list[fmpq_poly]] | None:
-    """The points of a radical ideal by one coordinate: its polynomial, and the other coordinates as polynomials in it.
+def coordinates(radical: Ideal, form: Sequence[int]) -> tuple[fmpq_poly, list[fmpq_poly]] | None:
+    """The points of a radical ideal by a linear form: its polynomial, and x, y, z, w as polynomials in it.
 
-    None where two points agree in that coordinate.
+    None where two points agree in that form.
     """
     n = len(radical.standard)
-    minimal = radical.minimal_polynomial(axis)
+    minimal = radical.minimal_polynomial(form)
     if minimal.degree() != n:
         return None
-    powers = radical.powers(axis, n - 1)
+    powers = radical.powers(form, n - 1)
     matrix = fmpq_mat([[v.get(m, fmpq(0)) for v in powers] for m in radical.standard])
-    columns = [radical.powers(a, 1)[1] for a in wanted]
+    columns = [radical.powers(_axis(a), 1)[1] for a in range(4)]
     targets = fmpq_mat([[v.get(m, fmpq(0)) for v in columns] for m in radical.standard])
     solution = matrix.solve(targets)
-    return minimal, [fmpq_poly([solution[r, c] for r in range(n)]) for c in range(len(wanted))]
+    return minimal, [fmpq_poly([solution[r, c] for r in range(n)]) for c in range(4)]
 
 
 def radical_of(equations: Sequence[fmpq_mpoly]) -> Ideal | None:
@@ -148,9 +158,8 @@ def radical_of(equations: Sequence[fmpq_mpoly]) -> Ideal | None:
         return None
     if ideal.is_everything:
         return ideal
-    more = [univariate(square_free(ideal.minimal_polynomial(a)), a) for a in range(3)]
-    members = [RATIONAL.from_dict({m: fmpq(c) for m, c in g.to_dict().items()}) for g in ideal.basis]
-    return Ideal.of([*members, *more])
+    more = [univariate(square_free(ideal.minimal_polynomial(_axis(a))), a) for a in (0, 1, 2, 4)]
+    return Ideal.of([*ideal.members, *more])
 
 
 def square_free(p: fmpq_poly) -> fmpq_poly:
@@ -165,12 +174,16 @@ def univariate(p: fmpq_poly, axis: int) -> fmpq_mpoly:
 
 
 def _power(axis: int, n: int) -> tuple[int, ...]:
-    return tuple(n if a == axis else 0 for a in range(5))
+    return tuple(n if a == axis else 0 for a in range(6))
+
+
+def _axis(axis: int) -> tuple[int, ...]:
+    return tuple(int(a == axis) for a in range(5))
 
 
 def _exponents(m: Sequence[int]) -> Exponents:
-    x, y, z, w = (int(e) for e in m[:4])
-    return x, y, z, w
+    x, y, z, w, v = (int(e) for e in m[:5])
+    return x, y, z, w, v
 
 
 def _divides(a: Exponents, b: Exponents) -> bool:
@@ -178,5 +191,5 @@ def _divides(a: Exponents, b: Exponents) -> bool:
 
 
 def _raised(m: Exponents, axis: int) -> Exponents:
-    x, y, z, w = (e + (a == axis) for a, e in enumerate(m))
-    return x, y, z, w
+    x, y, z, w, v = (e + (a == axis) for a, e in enumerate(m))
+    return x, y, z, w, v

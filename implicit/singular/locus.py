@@ -7,15 +7,22 @@ import sympy
 from numpy.typing import NDArray
 
 from implicit.domain import Bounds, to_bounds
-from implicit.errors import NotPolynomialError
 from implicit.polynomial import Polynomial
+from implicit.singular.curves import Curves, find_curves
+from implicit.singular.degenerate import LonelyPoint, settle
 from implicit.singular.form import Form
-from implicit.singular.points import Node, search_nodes
+from implicit.singular.points import search_nodes
 from implicit.singular.proof import integral
 from implicit.singular.region import Deadline
+from implicit.singular.rest import real_points
+from implicit.surface import Surface
 
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
+
+
+def _no_points() -> Floats:
+    return np.zeros((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +44,16 @@ class SingularCurve:
     """A curve of singular points, as an ordered polyline (n, 3) whose vertices lie on it.
 
     `expression` is an exact parametrization in t for lines and conics, else None. `special` (k, 3) are the pinch
-    points, triple points, cusps and crossings; each is a vertex of the polyline. `sheets` (n - 1,), one number per
-    segment, counts the sheets of the real surface that meet there: 0 where the curve is solitary.
+    points, triple points, cusps and crossings; each is a vertex of the polyline. `leaves`, one number per segment,
+    counts the leaves of the real surface that end on the curve there: 4 where two sheets cross, 2 on a cuspidal edge,
+    0 where the curve is solitary, that is, where the real surface is only the curve.
     """
 
     polyline: Floats
     closed: bool = False
     expression: Triple | None = None
-    special: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    sheets: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    special: Floats = field(default_factory=_no_points)
+    leaves: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +61,19 @@ class SingularLocus:
     """All singular points and curves that were found, and what could not be decided.
 
     `complete` is True only if it is proved that there are no others in the bounds; otherwise all others lie in the
-    boxes `undecided` (K, 2, 3), unless the formula is not polynomial.
+    boxes `undecided` (K, 2, 3), unless the formula is not polynomial. `repeated` are the factors of f that occur more
+    than once: there grad f = 0 on the whole surface, and the answer is about the surface counted once.
     """
 
     points: tuple[SingularPoint, ...]
     curves: tuple[SingularCurve, ...]
     undecided: Floats
     complete: bool
+    repeated: tuple[sympy.Expr, ...] = ()
 
 
 def singularities(
-    surface: object, bounds: Bounds | float | None = None, *, timeout: float | None = None
+    surface: Surface, bounds: Bounds | float | None = None, *, timeout: float | None = None
 ) -> SingularLocus:
     """All real points in the bounds where f = 0 and grad f = 0.
 
@@ -75,29 +85,105 @@ def singularities(
     ([((0, 0, 0), 'A1')], True)
     """
     deadline = Deadline(timeout)
-    polynomial = getattr(surface, "polynomial", surface)
-    if not isinstance(polynomial, Polynomial):
-        raise NotPolynomialError("singularities needs a polynomial")
-    if bounds is None:
-        raise ValueError("singularities needs bounds")
-    region = to_bounds(bounds)
-    box = region.box.corners
+    polynomial = surface.polynomial if isinstance(surface, Surface) else surface
+    assert isinstance(polynomial, Polynomial)
     form = integral(Form.of(polynomial))
-    search = search_nodes(form, box, deadline)
-    margin = 1e-12 * float((box[1] - box[0]).max())
-    points = []
-    for node in search.nodes:
-        position = node.point.position
-        if np.all((position >= box[0] - margin) & (position <= box[1] + margin)):
-            points.append(_point(node))
-    undecided = search.region.corners(search.left)
-    meets = np.all((undecided[:, 1] >= box[0]) & (undecided[:, 0] <= box[1]), axis=1)
-    undecided = undecided[meets]
-    return SingularLocus(tuple(points), (), undecided, len(undecided) == 0 and not deadline.passed)
+    assert bounds is not None
+    return _Investigation(form, to_bounds(bounds), deadline).locus()
 
 
-def _point(node: Node) -> SingularPoint:
-    position = node.point.position + 0.0
-    position[np.abs(position) < 1e-40] = 0.0
-    position.flags.writeable = False
-    return SingularPoint(position, node.exact, "A1", 1)
+class _Investigation:
+    """The steps of one search, in the order of their cost."""
+
+    def __init__(self, form: Form, bounds: Bounds, deadline: Deadline) -> None:
+        self.form, self.bounds, self.deadline = form, bounds, deadline
+        self.points: list[SingularPoint] = []
+        self.curves: list[SingularCurve] = []
+
+    def locus(self) -> SingularLocus:
+        search = search_nodes(self.form, self.bounds.box.corners, self.deadline)
+        for node in search.nodes:
+            self._add(node.point.position, node.exact, "A1", 1)
+        boxes = search.open_boxes()
+        if len(boxes) and not self.deadline.passed:
+            boxes = self._explain(boxes)
+        boxes.flags.writeable = False
+        complete = len(boxes) == 0
+        return SingularLocus(tuple(self.points), tuple(self.curves), boxes, complete)
+
+    def _explain(self, boxes: Floats) -> Floats:
+        """What the open boxes hold: curves, then degenerate points; returns the boxes that stay open."""
+        curves = find_curves(self.form, self.bounds, self.deadline)
+        if curves is None or not curves.shapes:
+            lonely, open_ = settle(self.form, boxes, self.deadline)
+            for point in lonely:
+                self._add_lonely(point)
+            boxes = boxes[open_]
+        if curves is None or not len(boxes) or self.deadline.passed:
+            return boxes
+        self._add_curves(curves)
+        others = real_points(self.form, curves.shapes)
+        if others is not None and self._all_found(others) and not self._stray(boxes).any():
+            return boxes[:0]
+        return boxes
+
+    def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
+        margin = 1e-12 * self.bounds.size
+        box = self.bounds.box.corners
+        near = np.clip(position, box[0], box[1])
+        if np.abs(near - position).max() > margin or not self.bounds.contains(position * (1 - 1e-12)):
+            return
+        position = np.where(np.abs(position) < 1e-30, 0.0, position)
+        position.flags.writeable = False
+        if not any(np.abs(p.position - position).max() < margin for p in self.points):
+            self.points.append(SingularPoint(position, exact, kind, milnor))
+
+    def _add_lonely(self, lonely: LonelyPoint) -> None:
+        germ = lonely.germ
+        position = np.array([float(c.mid()) for c in germ.point.value(128)])
+        self._add(position, germ.point.symbols, germ.type, germ.milnor)
+
+    def _add_curves(self, curves: Curves) -> None:
+        for c in curves.curves:
+            for array in (c.polyline, c.special, c.leaves):
+                array.flags.writeable = False
+            self.curves.append(SingularCurve(c.polyline, c.closed, c.expression, c.special, c.leaves))
+        for p in curves.solitary:
+            self._add(p, None, None, None)
+
+    def _all_found(self, others: Floats) -> bool:
+        """Whether the isolated points that algebra predicts are all there; those that are not are searched for."""
+        reach = 1e-6 * self.bounds.size
+        for p in others:
+            if not self.bounds.contains(p) or any(np.abs(q.position - p).max() < reach for q in self.points):
+                continue
+            lonely, _ = settle(self.form, np.array([[p - reach, p + reach]]), self.deadline)
+            if not lonely:
+                return False
+            for point in lonely:
+                self._add_lonely(point)
+        return True
+
+    def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
+        """Which boxes are far from everything that was found."""
+        stray = np.ones(len(boxes), bool)
+        middle, reach = boxes.mean(axis=1), 4 * np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1)
+        for c in self.curves:
+            line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
+            for low in range(0, len(line) - 1, 256):
+                stray &= _distance(middle, line[low : low + 257]) > reach
+        for p in self.points:
+            stray &= np.linalg.norm(middle - p.position, axis=1) > 100 * reach
+        return stray
+
+
+def _distance(points: Floats, line: Floats) -> Floats:
+    """The distance of points (n, 3) from a polyline."""
+    best = np.full(len(points), np.inf)
+    for a, b in zip(line[:-1], line[1:], strict=True):
+        step = b - a
+        share = np.clip((points - a) @ step / max(float(step @ step), 1e-300), 0, 1)
+        best = np.minimum(best, np.linalg.norm(points - a - share[:, None] * step, axis=1))
+    return best
+
+

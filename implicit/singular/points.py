@@ -10,7 +10,7 @@ from implicit.singular.exact import recognise
 from implicit.singular.form import Form
 from implicit.singular.proof import CriticalPoint, Jet, is_zero, polish, value_at, zero_gap
 from implicit.singular.region import WHOLE, Deadline, Region
-from implicit.singular.symmetry import fundamental_cuts, orbits, symmetries
+from implicit.singular.symmetry import Symmetry, fundamental_cuts, orbits, symmetries
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -58,6 +58,14 @@ class Search:
     region: Region
     nodes: list[Node] = field(default_factory=list)
     left: Ints = field(default_factory=lambda: np.zeros((0, 4), np.int64))
+    group: list[Symmetry] = field(default_factory=list)
+
+    def open_boxes(self) -> Floats:
+        """The boxes (K, 2, 3) that are left and meet the box that was asked for, with their images."""
+        corners = self.region.corners(self.left)
+        boxes = np.unique(np.concatenate([g.move(corners) for g in self.group]), axis=0)
+        asked = self.region.asked
+        return boxes[np.all((boxes[:, 1] >= asked[0]) & (boxes[:, 0] <= asked[1]), axis=1)]
 
 
 def search_nodes(form: Form, asked: Floats, deadline: Deadline) -> Search:
@@ -65,7 +73,7 @@ def search_nodes(form: Form, asked: Floats, deadline: Deadline) -> Search:
     group = symmetries(form, asked)
     size = float((asked[1] - asked[0]).max())
     region = Region(form, asked, fundamental_cuts(group, size))
-    result = Search(region)
+    result = Search(region, group=group)
     sieve, polished, left = Sieve(Jet(form)), [], WHOLE
     for depth in _DEPTHS:
         boxes, estimates, left, rest = region.search(left, depth, deadline)
@@ -81,7 +89,7 @@ def search_nodes(form: Form, asked: Floats, deadline: Deadline) -> Search:
     result.left = np.concatenate([result.left, left])
     for orbit in orbits(polished, group):
         if deadline.passed:
-            result.left = np.concatenate([result.left, WHOLE])
+            result.left = WHOLE
             break
         node = sieve.singular(orbit[0][0])
         if node:

@@ -35,6 +35,20 @@ class Projection:
     number: fmpq_mpoly
     turn: tuple[tuple[int, ...], ...]
 
+    def graph(self) -> fmpq_mpoly:
+        """Z dP/dY - R as a polynomial in x, y, z."""
+        return self.forms()[2] * self.in_space(self.plane.derivative(1)) - self.in_space(self.height)
+
+    def forms(self) -> list[fmpq_mpoly]:
+        """X, Y and Z in terms of x, y, z."""
+        inverse = fmpq_mat([[fmpq(c) for c in row] for row in self.turn]).inv()
+        gens = RATIONAL.gens()[:3]
+        return [sum((g * inverse[r, c] for c, g in enumerate(gens)), start=gens[0] * 0) for r in range(3)]
+
+    def in_space(self, p: fmpq_mpoly) -> fmpq_mpoly:
+        """A polynomial in X, Y as one in x, y, z."""
+        return p.compose(*self.forms()[:2], ctx=RATIONAL)
+
     @cached_property
     def parts(self) -> list[fmpq_mpoly]:
         """The irreducible factors of P over Q."""
@@ -94,10 +108,10 @@ def _slice(equations: list[fmpq_mpoly], c: fmpq) -> Slice | None:
         return None
     if radical.is_everything:
         return fmpq_poly([1]), fmpq_poly([0]), fmpq_poly([0])
-    found = coordinates(radical, 1, (2, 3))
+    found = coordinates(radical, (0, 1, 0, 0, 0))
     if found is None:
         return None
-    minimal, (z, w) = found
+    minimal, (_, _, z, w) = found
     slope = minimal.derivative()
     return minimal, z * slope % minimal, w * slope % minimal
 

@@ -34,6 +34,10 @@ class Symmetry:
         """The map as a matrix (3, 3)."""
         return np.eye(3)[list(self.order)] * np.array(self.sign)[:, None]
 
+    def move(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The images of boxes (K, 2, 3)."""
+        return np.sort(boxes[:, :, list(self.order)] * np.array(self.sign), axis=1)
+
     def preserves(self, form: Form) -> bool:
         """Whether f after the map is f or -f, exactly."""
         ratio = 0

@@ -1,0 +1,137 @@
+"""Lines and conics among the singular curves: their equations and an exact parametrization."""
+
+from dataclasses import dataclass
+
+import sympy
+from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpq_poly
+
+from implicit.singular.arcs import Part, rows
+from implicit.singular.ideal import RATIONAL
+
+Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
+
+t = sympy.Symbol("t", real=True)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A curve: equations in x, y, z that cut it out, and a parametrization in t where it is a line or a conic."""
+
+    equations: tuple[fmpq_mpoly, ...]
+    expression: Triple | None
+
+
+def shape_of(part: Part) -> Shape:
+    """What kind of curve a part is; exact."""
+    degree = part.polynomial.total_degree()
+    shape = _line(part) if degree == 1 else (_conic(part) if degree == 2 else None)
+    if shape is None:
+        projection = part.projection
+        return Shape((projection.in_space(part.polynomial), projection.graph()), None)
+    return shape
+
+
+def _rational(c: fmpq) -> sympy.Rational:
+    return sympy.Rational(int(c.p), int(c.q))
+
+
+def _line(part: Part) -> Shape | None:
+    """From two rational points; the direction in lowest terms, the point where the leading coordinate is 0."""
+    points = []
+    for at in (fmpq(1, 3), fmpq(-2, 3), fmpq(4, 3), fmpq(-5, 3)):
+        over = _over(part, at)
+        if over is not None:
+            points.append(over)
+    if len(points) < 2:
+        return None
+    p, q = points[:2]
+    d = [b - a for a, b in zip(p, q, strict=True)]
+    lead = max(range(3), key=lambda a: abs(d[a]))
+    d = [c / d[lead] for c in d]
+    p = [a - p[lead] * c for a, c in zip(p, d, strict=True)]
+    gens = RATIONAL.gens()
+    equations = tuple((gens[a] - p[a]) - (gens[lead] - p[lead]) * d[a] for a in range(3) if a != lead)
+    x, y, z = (_rational(a) + t * _rational(c) for a, c in zip(p, d, strict=True))
+    return Shape(equations, (x, y, z))
+
+
+def _over(part: Part, at: fmpq) -> list[fmpq] | None:
+    """The rational point of a line over a rational X."""
+    line = [r(at) for r in rows(part.polynomial)]
+    if len(line) < 2 or line[1] == 0:
+        return None
+    y = -line[0] / line[1]
+    slope, height = (fmpq_poly([r(at) for r in rows(q)])(y) for q in (part.projection.plane.derivative(1), part.projection.height))
+    if slope == 0:
+        return None
+    return [sum((fmpq(c) * v for c, v in zip(row, (at, y, height / slope), strict=True)), fmpq(0)) for row in part.projection.turn]
+
+
+def _conic(part: Part) -> Shape | None:
+    plane = _plane(part)
+    if plane is None:
+        return None
+    a, b, c = plane
+    projection = part.projection
+    forms = projection.forms()
+    flat = forms[2] - forms[0] * a - forms[1] * b - c
+    lead = max(range(3), key=lambda n: abs(_coefficient(flat, n)))
+    gens = list(RATIONAL.gens())
+    gens[lead] = gens[lead] - flat / _coefficient(flat, lead)
+    quadric = projection.in_space(part.polynomial).compose(*gens, ctx=RATIONAL)
+    return Shape((flat, quadric), _ellipse(part, plane))
+
+
+def _coefficient(p: fmpq_mpoly, axis: int) -> fmpq:
+    return p[tuple(int(n == axis) for n in range(6))]
+
+
+def _plane(part: Part) -> tuple[fmpq, fmpq, fmpq] | None:
+    """a, b, c with Z = a X + b Y + c on a conic, if it is plane: R = (a X + b Y + c) dP/dY modulo the part."""
+    x, y = part.polynomial.context().gens()
+    slope = part.projection.plane.derivative(1)
+    p = part.polynomial
+    columns = [divmod(g * slope, p)[1] for g in (x, y, x * 0 + 1)]
+    target = divmod(part.projection.height, p)[1]
+    keys = sorted({m for q in (*columns, target) for m in q.to_dict()})
+    matrix = fmpq_mat([[q.to_dict().get(m, fmpq(0)) for q in (*columns, target)] for m in keys])
+    reduced, rank = matrix.rref()
+    if rank != 3 or any(reduced[r, r] != 1 for r in range(3)):
+        return None
+    return reduced[0, 3], reduced[1, 3], reduced[2, 3]
+
+
+
+
+def _ellipse(part: Part, plane: tuple[fmpq, fmpq, fmpq]) -> Triple | None:
+    """Completed squares: C (Y - yc + B (X - xc) / 2C)^2 + (A - B^2 / 4C) (X - xc)^2 = F."""
+    terms = {tuple(int(e) for e in m): _rational(c) for m, c in part.polynomial.to_dict().items()}
+    a, b, c, d, e, f = (terms.get(m, sympy.Integer(0)) for m in ((2, 0), (1, 1), (0, 2), (1, 0), (0, 1), (0, 0)))
+    rest = a - b**2 / (4 * c)
+    if rest == 0:
+        x, y = _parabola(a, b, c, d, e, f)
+    else:
+        xc, yc = sympy.Matrix([[2 * a, b], [b, 2 * c]]).LUsolve(sympy.Matrix([-d, -e]))
+        level = -(f + (d * xc + e * yc) / 2)
+        first, second = level / rest, level / c
+        if first <= 0 and second <= 0:
+            return None
+        if first > 0 and second > 0:
+            u, v = sympy.sqrt(first) * sympy.cos(t), sympy.sqrt(second) * sympy.sin(t)
+        elif first > 0:
+            u, v = sympy.sqrt(first) / sympy.cos(t), sympy.sqrt(-second) * sympy.tan(t)
+        else:
+            u, v = sympy.sqrt(-first) * sympy.tan(t), sympy.sqrt(second) / sympy.cos(t)
+        x, y = xc + u, yc + v - b / (2 * c) * u
+    z = _rational(plane[0]) * x + _rational(plane[1]) * y + _rational(plane[2])
+    out = [sympy.expand(sum(n * v for n, v in zip(row, (x, y, z), strict=True))) for row in part.projection.turn]
+    return out[0], out[1], out[2]
+
+
+def _parabola(
+    a: sympy.Rational, b: sympy.Rational, c: sympy.Rational, d: sympy.Rational, e: sympy.Rational, f: sympy.Rational
+) -> tuple[sympy.Expr, sympy.Expr]:
+    """C (Y + B X / 2C)^2 + D X + E Y + F = 0 by t = Y + B X / 2C."""
+    slope = b / (2 * c)
+    x = -(c * t**2 + e * t + f) / (d - e * slope)
+    return x, t - slope * x

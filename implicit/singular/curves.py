@@ -1,0 +1,83 @@
+"""The singular curves inside the bounds: exact projection, arcs, polylines, special points, leaves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy
+from flint import fmpq_mpoly
+from numpy.typing import NDArray
+
+from implicit.domain import Bounds
+from implicit.singular.arcs import Part, breaks_of, plane_range, trace
+from implicit.singular.chains import Chain, clip, join
+from implicit.singular.conic import Shape, shape_of
+from implicit.singular.form import Form
+from implicit.singular.leaves import Values, count_leaves, turning_points
+from implicit.singular.projection import project
+from implicit.singular.region import Deadline
+
+Floats = NDArray[np.float64]
+Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
+
+_CHORD = 8e-7  # of the size of the bounds
+_JOIN = 1e-7
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A singular curve in the bounds, the vertices where it is special, and the leaves at each segment."""
+
+    polyline: Floats
+    closed: bool
+    expression: Triple | None
+    special: Floats
+    leaves: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Curves:
+    """All singular curves in the bounds; `shapes` are the equations of all complex ones, `solitary` their lone points."""
+
+    curves: list[Curve]
+    solitary: list[Floats]
+    shapes: list[tuple[fmpq_mpoly, ...]]
+
+
+def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:
+    """All curves of singular points in the bounds; None where they could not be found exactly or in time."""
+    projection = project(form, deadline)
+    if projection is None:
+        return None
+    box, size = bounds.box.corners, bounds.size
+    parts = [Part(projection, p, form.field) for p in projection.parts]
+    shapes: list[Shape] = [shape_of(part) for part in parts]
+    arcs, solitary = [], []
+    for part in parts:
+        breaks = breaks_of(part, parts, plane_range(projection.turn, box))
+        found = trace(part, breaks, _CHORD * size, size / 32, deadline)
+        if found is None:
+            return None
+        arcs.extend(found)
+        solitary.extend(p for p in part.solitary(breaks) if bounds.contains(p))
+    chains, crossings = join(arcs, _JOIN * size)
+    values = Values(form)
+    special = [*crossings]
+    for chain in chains:
+        turning = [(n, p) for n, p in turning_points(chain, values, box) if _apart(p, special, _JOIN * size)]
+        chain.insert(turning)
+        special.extend(p for _, p in turning)
+    curves = []
+    for chain in chains:
+        for piece in clip(chain, bounds, np.array(special).reshape(-1, 3)):
+            shape = shapes[parts.index(chain.part)]
+            curves.append(_curve(piece, shape, form, size))
+    return Curves(curves, solitary, [shape.equations for shape in shapes])
+
+
+def _apart(point: Floats, others: list[Floats], tolerance: float) -> bool:
+    return all(float(np.abs(point - other).max()) > tolerance for other in others)
+
+
+def _curve(piece: Chain, shape: Shape, form: Form, size: float) -> Curve:
+    special = piece.polyline[sorted(piece.special)].reshape(-1, 3)
+    return Curve(piece.polyline, piece.closed, shape.expression, special, count_leaves(piece, form, size))

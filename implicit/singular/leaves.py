@@ -1,0 +1,131 @@
+"""What the real surface looks like along a singular curve: how many leaves end on it, and where that changes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.singular.arcs import Arc
+from implicit.singular.chains import Chain
+from implicit.singular.form import Form
+
+Floats = NDArray[np.float64]
+
+_ANGLES = np.linspace(0, 2 * np.pi, 1441)[:-1]
+
+
+class Values:
+    """f and its second derivatives in floats."""
+
+    def __init__(self, form: Form) -> None:
+        self.form = form
+        pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+        self.seconds = [_table(form.hessian[a][b]) for a, b in pairs]
+
+    def bend(self, points: Floats) -> tuple[Floats, Floats]:
+        """The sum of the principal 2x2 minors of the Hessian at points (n, 3), and the square of its size.
+
+        Where the Hessian is degenerate along the curve the sum is the product of its other two eigenvalues: negative
+        where two sheets cross, positive where the surface is only the curve, zero at pinch points.
+        """
+        xx, yy, zz, xy, xz, yz = (_evaluate(t, points) for t in self.seconds)
+        minors = xx * yy - xy**2 + xx * zz - xz**2 + yy * zz - yz**2
+        return minors, xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2)
+
+
+def _table(form: Form) -> tuple[NDArray[np.int64], Floats]:
+    terms = {m: float(c.mid()) for m, c in form.coefficients().items()}
+    return np.array(list(terms), dtype=np.int64).reshape(-1, 3), np.array(list(terms.values()))
+
+
+def _evaluate(table: tuple[NDArray[np.int64], Floats], points: Floats) -> Floats:
+    exponents, coefficients = table
+    highest = int(exponents.max(initial=0))
+    powers = points[:, :, None] ** np.arange(highest + 1)
+    total = np.zeros(len(points))
+    for (i, j, k), c in zip(exponents, coefficients, strict=True):
+        total += c * powers[:, 0, i] * powers[:, 1, j] * powers[:, 2, k]
+    return total
+
+
+def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int, Floats]]:
+    """Where the sum of minors vanishes along a chain: (vertex before it, point), on the exact curve."""
+    bend, size = values.bend(chain.polyline)
+    noise = 1e-11 * float(size.max(initial=0))
+    if np.abs(bend).max(initial=0) <= 1e3 * noise:
+        return []
+    near = np.all((chain.polyline >= box[0]) & (chain.polyline <= box[1]), axis=1)
+    found = []
+    for n in range(len(bend) - 1):
+        if not (near[n] or near[n + 1]) or abs(bend[n]) <= noise:
+            continue
+        if bend[n] * bend[n + 1] < 0 and abs(bend[n + 1]) > noise:
+            point = _bisect(chain, n, values)
+            if point is not None:
+                found.append((n, point))
+    zero = np.flatnonzero((np.abs(bend) <= noise) & near)
+    for run in np.split(zero, np.flatnonzero(np.diff(zero) > 1) + 1):
+        if len(run):
+            best = int(run[np.argmin(np.abs(bend[run]))])
+            found.append((best, chain.polyline[best]))
+    return found
+
+
+def _bisect(chain: Chain, n: int, values: Values) -> Floats | None:
+    (a, s), (b, u) = chain.sources[n], chain.sources[n + 1]
+    if a is not b:
+        s, a = (1.0 if _end_is(b, chain.polyline[n]) else 0.0), b
+    low, high = s, u
+    sign = float(values.bend(chain.polyline[n : n + 1])[0][0])
+    point: Floats | None = None
+    for _ in range(60):
+        middle = (low + high) / 2
+        point = a.at(middle)
+        if point is None or middle in (low, high):
+            break
+        if float(values.bend(point[None])[0][0]) * sign > 0:
+            low = middle
+        else:
+            high = middle
+    return point
+
+
+def _end_is(arc: Arc, point: Floats) -> bool:
+    return bool(np.linalg.norm(arc.points[-1] - point) < np.linalg.norm(arc.points[0] - point))
+
+
+def leaves_at(form: Form, point: Floats, direction: Floats, radius: float) -> int:
+    """The number of leaves of the surface f = 0 that end on a curve: sign changes of f on a small circle around it.
+
+    The circle shrinks until two radii agree.
+    """
+    u = np.linalg.svd(direction[None])[2][1]
+    v = np.cross(direction, u)
+    circle = np.cos(_ANGLES)[:, None] * u + np.sin(_ANGLES)[:, None] * v
+    before = -1
+    for _ in range(7):
+        high, _ = form.in_box(point - radius, point + radius)
+        sign = np.signbit(np.polynomial.polynomial.polyval3d(*circle.T, high))
+        count = int(np.count_nonzero(sign != np.roll(sign, 1)))
+        if count == before:
+            return count
+        before, radius = count, radius / 4
+    return before
+
+
+def count_leaves(chain: Chain, form: Form, size: float) -> NDArray[np.int64]:
+    """The number of leaves at each segment of a chain, measured once between neighbouring special points."""
+    line = np.concatenate([chain.polyline, chain.polyline[:1]]) if chain.closed else chain.polyline
+    marks = sorted(chain.special)
+    cuts = sorted({0, *marks, len(line) - 1})
+    out = np.zeros(len(line) - 1, np.int64)
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        along = np.cumsum(steps[low:high])
+        n = low + int(np.searchsorted(along, along[-1] / 2))
+        middle, direction = (line[n] + line[n + 1]) / 2, line[n + 1] - line[n]
+        if high - low > 1:
+            middle = line[n] if n > low else line[n + 1]
+        radius = min(1e-3 * size, 0.05 * float(along[-1]))
+        out[low:high] = leaves_at(form, middle, direction / np.linalg.norm(direction), radius)
+    if chain.closed and marks and 0 not in marks:
+        out[: marks[0]] = out[-1]
+    return out
