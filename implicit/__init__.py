@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from implicit.implicitize.certificate import Certificate
     from implicit.implicitize.matrix import MatrixForm, matrix_form
     from implicit.mesh import Mesh, MeshReport
+    from implicit.parametrize import parametrize
     from implicit.polygonize import polygonize
     from implicit.shapes import box, capsule, cone, cylinder, plane, sphere, torus
     from implicit.show import render, show
@@ -58,6 +59,7 @@ _HOMES = {
     "matrix_form": "implicitize.matrix",
     "Mesh": "mesh",
     "MeshReport": "mesh",
+    "parametrize": "parametrize",
     "polygonize": "polygonize",
     "box": "shapes",
     "capsule": "shapes",
