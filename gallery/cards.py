@@ -102,7 +102,7 @@ def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None)
         types = ", ".join(f"{kinds.count(kind)} {kind}".removeprefix("1 ") for kind in dict.fromkeys(kinds) if kind)
         card = replace(card, degree=surface.degree, singular_points=len(locus.points), types=types)
         card = replace(card, singular_curves=len(locus.curves), complete=locus.complete)
-        if (locus.points or locus.curves) and not len(mesh.points) and not mesh.curves:
+        if (locus.points or locus.curves or not locus.complete) and not len(mesh.points) and not mesh.curves:
             card = replace(card, conforming=False)
             things.append(locus)
     return card, things

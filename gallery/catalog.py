@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from implicit.domain import Bounds
-from implicit.scene import Look
+from implicit.look import Look
 
 
 @dataclass(frozen=True)

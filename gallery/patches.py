@@ -8,7 +8,7 @@ import numpy as np
 
 from gallery.catalog import Entry, Facts
 from gallery.formulas import GOLD, MOSS, OCEAN, PLUM, STEEL, TEAL
-from implicit.scene import Look
+from implicit.look import Look
 
 TEXTBOOK = "Surface modelling, parametric surfaces"
 

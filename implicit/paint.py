@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from implicit.scene import SUPERSAMPLING, Eye, Image, Look, Piece, Points, average
+from implicit.look import Look
+from implicit.scene import SUPERSAMPLING, Eye, Image, Piece, Points, average
 
 _LIGHT = np.array([-0.5, 0.8, 0.9]) / np.sqrt(1.7)
 

@@ -5,12 +5,13 @@ Both renderers draw the same pieces: `show.py` with PyVista, `paint.py` without 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.domain import Bounds, Vector
+from implicit.domain import Bounds
+from implicit.look import DARK, RED, Look
 from implicit.mesh import Mesh
 from implicit.sticks import Faces, Points, Shape, ball, block, merge, rods, tube, unit
 from implicit.topology import find_edges
@@ -18,36 +19,10 @@ from implicit.topology import find_edges
 if TYPE_CHECKING:
     from implicit.singular import SingularLocus
 
-Color: TypeAlias = tuple[float, float, float]
 Image: TypeAlias = NDArray[np.uint8]
 
 SUPERSAMPLING = 2
 """Both renderers draw this many times larger and average, which smooths every edge."""
-
-RED: Color = (0.86, 0.07, 0.09)
-DARK: Color = (0.13, 0.14, 0.17)
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a picture is taken.
-
-    outside, inside    colours (red, green, blue) from 0 to 1 of the two sides of the surface
-    triangles          "smooth", or "random": every triangle in a colour of its own
-    edges              whether the edges of the triangles are drawn
-    view, up           from the surface to the eye, and the direction that points up in the picture
-    angle              the opening of the lens in radians
-    background         colours at the top and at the bottom; None is transparent
-    """
-
-    outside: Color = (0.16, 0.42, 0.68)
-    inside: Color = (0.96, 0.70, 0.30)
-    triangles: Literal["smooth", "random"] = "smooth"
-    edges: bool = False
-    view: Vector = (1.0, -1.7, 1.0)
-    up: Vector = (0.0, 0.0, 1.0)
-    angle: float = 0.4
-    background: tuple[Color, Color] | None = ((1.0, 1.0, 1.0), (0.90, 0.92, 0.94))
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +207,7 @@ def split_sheets(mesh: Mesh, crease: float = 0.7) -> Shape:
     flat = unit(flat)[:, None]
     special = _mark(len(vertices), mesh.points, *mesh.curves)
     corner = normals[faces]
-    lost = special[faces] | (np.sum(corner * flat, axis=2) < np.cos(crease))
+    lost = special[faces] | (np.sum(corner * flat, axis=2) < np.cos(crease)) & flat.any(axis=2)
     kept = np.where(lost[:, :, None], 0.0, corner)
     others = kept.sum(axis=1, keepdims=True)
     others = np.where(lost.all(axis=1)[:, None, None], flat, others)

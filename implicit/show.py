@@ -18,8 +18,9 @@ import numpy as np
 import pyvista
 
 from implicit.domain import Bounds
+from implicit.look import Look
 from implicit.mesh import Mesh
-from implicit.scene import SUPERSAMPLING, Eye, Image, Look, Piece, average, compose, corners, frame, gather
+from implicit.scene import SUPERSAMPLING, Eye, Image, Piece, average, compose, corners, frame, gather
 
 Renderer: TypeAlias = Literal["auto", "vtk", "matplotlib"]
 
@@ -99,8 +100,9 @@ def render(
               when that is not vtk
     bounds    where to look at implicit surfaces that are no mesh yet
 
-    The same things, look and size give the same picture on one machine. Raises ValueError when there is nothing to
-    draw, TypeError for what cannot be drawn and RuntimeError for "vtk" without an OpenGL library.
+    Two pictures of the same things by "vtk" differ in the grain of the shadows, which VTK draws at random. Raises
+    ValueError when there is nothing to draw, TypeError for what cannot be drawn and RuntimeError for "vtk" without an
+    OpenGL library.
     """
     pieces = compose(gather(things if isinstance(things, Sequence) else [things], bounds), look)
     eye = frame(corners(pieces), look, size[0] / size[1])
@@ -134,7 +136,7 @@ def _draw(pieces: list[Piece], eye: Eye, look: Look, size: tuple[int, int], rend
     if renderer == "auto":
         renderer = find_renderer()
         if renderer != "vtk":
-            warnings.warn("no working OpenGL library (such as libEGL): drawn by matplotlib", stacklevel=3)
+            _say_once()
     if renderer == "vtk":
         if _working_window() is None:
             raise RuntimeError("VTK finds no working OpenGL library (such as libEGL) here; use renderer='matplotlib'")
@@ -142,6 +144,11 @@ def _draw(pieces: list[Piece], eye: Eye, look: Look, size: tuple[int, int], rend
     from implicit.paint import paint
 
     return paint(pieces, eye, look, size)
+
+
+@cache
+def _say_once() -> None:
+    warnings.warn("no working OpenGL library (such as libEGL): pictures are drawn by matplotlib", stacklevel=4)
 
 
 def _draw_vtk(pieces: list[Piece], eye: Eye, look: Look, size: tuple[int, int]) -> Image:
