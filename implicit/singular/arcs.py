@@ -98,8 +98,10 @@ class Part:
                 if y.imag > 0 and y.imag < 1e-9:
                     slope, height, number = (acb_poly([r(at) for r in q])(y) for q in self._rows[1:])
                     if self.field.degree == 1 or abs(number / slope - root).upper() < 1e-6:
-                        z = float((height / slope).real.mid())
-                        found.append((float(y.real.mid()), self.turn @ np.array([float(arb(at)), float(y.real.mid()), z])))
+                        z = height / slope
+                        point = np.array([float(arb(at)), float(y.real.mid()), float(z.real.mid())])
+                        if abs(float(z.imag.mid())) < 1e-6 * (1 + abs(point[2])):
+                            found.append((float(y.real.mid()), self.turn @ point))
         return found
 
 
@@ -203,7 +205,8 @@ def _resample(nodes: Floats, values: Floats, tolerance: float, longest: float) -
         between = interpolate(nodes, values, middles)
         chord = points[1:] - points[:-1]
         length = np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-300)
-        aside = (between - points[:-1]) - np.sum((between - points[:-1]) * chord, axis=1, keepdims=True) * chord / length**2
+        aside = (between - points[:-1]) - np.sum((between - points[:-1]) * chord, axis=1, keepdims=True) * (chord / length) / length
+        aside = np.where(length > 1e-290, aside, 0.0)
         bent = (np.linalg.norm(aside, axis=1) > tolerance / 2) | (length[:, 0] > longest)
         if not bent.any():
             break

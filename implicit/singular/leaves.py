@@ -21,14 +21,16 @@ class Values:
         self.seconds = [_table(form.hessian[a][b]) for a, b in pairs]
 
     def bend(self, points: Floats) -> tuple[Floats, Floats]:
-        """The sum of the principal 2x2 minors of the Hessian at points (n, 3), and the square of its size.
+        """The sum of the principal 2x2 minors of the Hessian at points (n, 3), and the size of errors in it.
 
         Where the Hessian is degenerate along the curve the sum is the product of its other two eigenvalues: negative
         where two sheets cross, positive where the surface is only the curve, zero at pinch points.
         """
         xx, yy, zz, xy, xz, yz = (_evaluate(t, points) for t in self.seconds)
         minors = xx * yy - xy**2 + xx * zz - xz**2 + yy * zz - yz**2
-        return minors, xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2)
+        size = np.sqrt(xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2))
+        error = 1e-14 * sum(_evaluate((e, np.abs(c)), np.abs(points)) for e, c in self.seconds)
+        return minors, 100 * error * (size + error)
 
 
 def _table(form: Form) -> tuple[NDArray[np.int64], Floats]:
@@ -48,16 +50,15 @@ def _evaluate(table: tuple[NDArray[np.int64], Floats], points: Floats) -> Floats
 
 def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int, Floats]]:
     """Where the sum of minors vanishes along a chain: (vertex before it, point), on the exact curve."""
-    bend, size = values.bend(chain.polyline)
-    noise = 1e-11 * float(size.max(initial=0))
-    if np.abs(bend).max(initial=0) <= 1e3 * noise:
+    bend, noise = values.bend(chain.polyline)
+    if np.all(np.abs(bend) <= 1e3 * noise):
         return []
     near = np.all((chain.polyline >= box[0]) & (chain.polyline <= box[1]), axis=1)
     found = []
     for n in range(len(bend) - 1):
-        if not (near[n] or near[n + 1]) or abs(bend[n]) <= noise:
+        if not (near[n] or near[n + 1]) or abs(bend[n]) <= noise[n]:
             continue
-        if bend[n] * bend[n + 1] < 0 and abs(bend[n + 1]) > noise:
+        if bend[n] * bend[n + 1] < 0 and abs(bend[n + 1]) > noise[n + 1]:
             point = _bisect(chain, n, values)
             if point is not None:
                 found.append((n, point))

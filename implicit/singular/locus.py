@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from implicit.domain import Bounds, to_bounds
 from implicit.polynomial import Polynomial
@@ -149,7 +150,12 @@ class _Investigation:
                 array.flags.writeable = False
             self.curves.append(SingularCurve(c.polyline, c.closed, c.expression, c.special, c.leaves))
         for p in curves.solitary:
-            self._add(p, None, None, None)
+            if not self._on_curves(p):
+                self._add(p, None, None, None)
+
+    def _on_curves(self, point: Floats) -> bool:
+        reach = 2e-6 * self.bounds.size
+        return any(_distance(point, c.polyline) < reach for c in self.curves)
 
     def _all_found(self, others: Floats) -> bool:
         """Whether the isolated points that algebra predicts are all there; those that are not are searched for."""
@@ -166,24 +172,25 @@ class _Investigation:
 
     def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
         """Which boxes are far from everything that was found."""
+        middle, reach = boxes.mean(axis=1), 4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max())
         stray = np.ones(len(boxes), bool)
-        middle, reach = boxes.mean(axis=1), 4 * np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1)
         for c in self.curves:
             line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
-            for low in range(0, len(line) - 1, 256):
-                stray &= _distance(middle, line[low : low + 257]) > reach
+            stray &= cKDTree(_densified(line, reach / 2)).query(middle)[0] > reach
         for p in self.points:
             stray &= np.linalg.norm(middle - p.position, axis=1) > 100 * reach
         return stray
 
 
-def _distance(points: Floats, line: Floats) -> Floats:
-    """The distance of points (n, 3) from a polyline."""
-    best = np.full(len(points), np.inf)
-    for a, b in zip(line[:-1], line[1:], strict=True):
-        step = b - a
-        share = np.clip((points - a) @ step / max(float(step @ step), 1e-300), 0, 1)
-        best = np.minimum(best, np.linalg.norm(points - a - share[:, None] * step, axis=1))
-    return best
+def _distance(point: Floats, line: Floats) -> float:
+    """The distance of a point from a polyline."""
+    step = np.diff(line, axis=0)
+    share = np.clip(np.sum((point - line[:-1]) * step, axis=1) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0, 1)
+    return float(np.linalg.norm(point - line[:-1] - share[:, None] * step, axis=1).min())
 
 
+def _densified(line: Floats, step: float) -> Floats:
+    """Points along a polyline, none further than `step` from the next."""
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = np.union1d(length, np.arange(0, length[-1], step))
+    return np.stack([np.interp(at, length, line[:, a]) for a in range(3)], axis=1)
