@@ -114,12 +114,12 @@ def _cross(
         found[5, n] = f[place]
         found[6, n] = f[place + step]
         found[7, n] = axis
-        numbers[512 * axis + place] = first + n
+        numbers[512 * axis + place] = np.int32(first + n)
         n += 1
     return n
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def _fetch(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
     """Take the numbers on the three upper faces from the lower faces of the neighbours there."""
     for a in range(64):
@@ -133,7 +133,7 @@ def _fetch(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
             numbers[512 + 64 * a + 8 * b + 7] = low_z[64 + 8 * a + b]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def _leave(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
     """Leave the numbers on the three lower faces behind for the neighbours there."""
     for a in range(64):
@@ -198,7 +198,7 @@ def extract(
     signs = np.zeros(512, np.uint8)
     eights = signs.view(np.uint64)
     words = np.zeros(9, np.uint64)
-    numbers = np.zeros(1536, np.int64)
+    numbers = np.zeros(1536, np.int32)
     start = np.zeros(3, np.int64)
     own = np.zeros(3, np.int64)
     points = np.zeros(3, np.int64)

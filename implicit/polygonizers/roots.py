@@ -24,6 +24,9 @@ STATE_ROWS = 5
 _CLOSE = 1e-6
 """A step settles a crossing when it is at most this share of the edge: the normal then belongs to the vertex."""
 
+_MANY = 0.1
+"""The share of crossings from which on all are evaluated again, rather than those that are left."""
+
 SNAP = 4.0
 """A root within this many tolerances of a lattice point is moved there."""
 
@@ -133,19 +136,19 @@ def settle(
     """Move n crossings onto the surface; their gradients (3, n).
 
     `near` and `anywhere` give values (m,) and gradients (3, m) at points (3, m): `near` for all the crossings in their
-    order, `anywhere` for those that one step does not settle.
+    order, while many are left, `anywhere` for the others.
     """
     values, gradients = near(found[:3, :n])
     left = begin(found, state, values, gradients, tolerance)
+    if left > _MANY * n:
+        values, gradients = near(found[:3, :n])
+        left = advance(found, state, values, gradients, tolerance)
     if left:
         rows = np.flatnonzero(state[4, :n])
-        part, searching, slopes = found[:, rows], state[:, rows], gradients[:, rows]
-        while left:
-            open_rows = np.flatnonzero(searching[4])
-            values, slopes[:, open_rows] = anywhere(part[:3, open_rows])
-            step, search = part[:, open_rows], searching[:, open_rows]
-            left = advance(step, search, values, slopes[:, open_rows], tolerance)
-            part[:, open_rows], searching[:, open_rows] = step, search
-        found[:, rows] = part
-        gradients[:, rows] = slopes
+        part, searching = found[:, rows], state[:, rows]
+        values, slopes = anywhere(part[:3])
+        while advance(part, searching, values, slopes, tolerance):
+            still = np.flatnonzero(searching[4])
+            values[still], slopes[:, still] = anywhere(part[:3, still])
+        found[:, rows], gradients[:, rows] = part, slopes
     return gradients
