@@ -41,7 +41,9 @@ def polygonize(
 
     bounds      a Box, a Ball, which cuts the mesh exactly on its sphere, or a number r for Box((-r,)*3, (r,)*3)
     resolution  cells along the longest side of the bounds
-    method      "marching": marching cubes on every cell that the surface may meet. "auto" chooses.
+    method      "marching": marching cubes on every cell that the surface may meet. "conforming": the singular
+                points of a polynomial surface become vertices of the mesh (see `implicit.polygonizers.conforming`).
+                "auto" chooses.
     progress    called with the share done, from 0 to 1
     workers     threads, -1 for all processors; the mesh is the same, bit for bit, for any number
 
@@ -52,8 +54,7 @@ def polygonize(
     alone.
 
     Raises ValueError for arguments out of range and where the formula is not finite, MemoryError before a mesh that
-    cannot fit is begun. `tolerance`, `certify` and the methods "following" and "conforming" raise ValueError: they are
-    not there yet.
+    cannot fit is begun. `tolerance`, `certify` and the method "following" raise ValueError: they are not there yet.
 
     Source: Lorensen and Cline, Marching cubes, 1987, doi:10.1145/37402.37422; the cases are derived, not copied.
 
@@ -65,6 +66,10 @@ def polygonize(
     """
     domain = to_bounds(bounds)
     _check(resolution, tolerance, method, seeds, certify)
+    if method == "conforming":
+        from implicit.polygonizers.conforming import conforming
+
+        return conforming(surface, domain, int(resolution), progress=progress, workers=workers)
     lattice = Lattice.over(domain, int(resolution))
     sampler = choose_sampler(surface, lattice)
     job = Job(len(sampler.bricks), progress, check_workers(workers))
@@ -86,8 +91,8 @@ def _check(resolution: int, tolerance: Any, method: str, seeds: Any, certify: bo
         raise ValueError(f"resolution must be a positive whole number of cells, got {resolution!r}")
     if method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
-    if method in ("following", "conforming"):
-        raise ValueError(f'method="{method}" is not there yet; "marching" and "auto" are')
+    if method == "following":
+        raise ValueError('method="following" is not there yet; "marching", "conforming" and "auto" are')
     if seeds is not None:
         raise ValueError('seeds are for method="following", which is not there yet')
     if tolerance is not None:

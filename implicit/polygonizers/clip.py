@@ -6,6 +6,7 @@ cut at a new vertex on that curve. A vertex is not moved where the cut mesh woul
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,26 @@ Trimesh = tuple[FloatArray, FloatArray, IntArray]
 
 _NEAR = 0.2
 """Vertices within this share of a cell of the sphere are moved onto it."""
+_ON = 1e-9
+"""Fixed vertices within this share of a cell of the wall are on it."""
+
+
+class Rim(Protocol):
+    """The curve where f = 0 meets a wall."""
+
+    @property
+    def cell(self) -> float:
+        """The length of the cells the mesh came from."""
+
+    def heights(self, points: FloatArray) -> FloatArray:
+        """Signed distances (n,) from the wall, negative inside."""
+
+    def reach(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The points moved to the curve, and unit normals there."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Rim:
+class SphereRim:
     """The curve where f = 0 meets the sphere."""
 
     ball: Ball
@@ -70,14 +87,24 @@ def clip(vertices: FloatArray, normals: FloatArray, faces: IntArray, ball: Ball,
 
     cell: the length of the cells the mesh came from.
     """
-    rim = _Rim(ball, field, cell)
+    return cut_along(SphereRim(ball, field, cell), vertices, normals, faces)
+
+
+def cut_along(
+    rim: Rim, vertices: FloatArray, normals: FloatArray, faces: IntArray, fixed: NDArray[np.bool_] | None = None
+) -> Trimesh:
+    """The part of a mesh of f = 0 inside a wall. `fixed` vertices are not moved, and not cut off when on the wall."""
     height = rim.heights(vertices)
     if not (height > 0).any():
         return vertices, normals, faces
-    movable = np.abs(height) < _NEAR * cell
+    movable = np.abs(height) < _NEAR * rim.cell
     movable &= _crossing(height, faces)
+    on = np.zeros(len(vertices), bool)
+    if fixed is not None:
+        movable &= ~fixed
+        on = fixed & (np.abs(height) < _ON * rim.cell)
     while True:
-        side = np.where(movable, 0, np.where(height < 0, -1, 1)).astype(np.int8)
+        side = np.where(movable | on, 0, np.where(height < 0, -1, 1)).astype(np.int8)
         kept, cut = _cut(side, faces, height)
         bad = split_vertices(kept, find_edges(kept, len(vertices) + len(cut)))
         bad = bad[bad < len(vertices)]

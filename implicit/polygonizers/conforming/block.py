@@ -1,10 +1,11 @@
 """Cones over blocks of lattice cells, each round one isolated singular point.
 
-The triangles of the sweep inside a block are taken out, and the edges they leave behind are joined to the point. Nothing
-is stitched: the sweep itself has made the rim, so there is no seam.
+The triangles of the sweep inside a block are taken out, and the edges they leave behind are joined to the point.
+Nothing is stitched: the sweep itself has made the rim, so there is no seam.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,16 @@ from implicit.polygonizers.conforming.grid import Grid
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_LARGEST = 4
+_FARTHEST = 4
 """Blocks reach at most so many cells beyond the point's own."""
+_PER_SIZE = 3
+"""So many blocks of each size are tried for a point."""
+_SAMPLE = 60
+"""So many blocks of each size are looked at."""
+_NEAREST = 0.6
+"""The boundary of a block is at least so many cells away from its point."""
+_CLEAR = 0.2
+"""In a block worth trying the tangent cone stays so many cells away from corners and does not touch ribs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +44,11 @@ class Block:
 
 def find_blocks(field: Field, grid: Grid, points: FloatArray) -> tuple[list[Block], IntArray]:
     """Disjoint blocks proved to hold cones, the smallest that will do, and the rows of points that have none."""
-    units = grid.to_units(points)
-    cells = np.floor(units).astype(np.int64)
+    cells = np.floor(grid.to_units(points)).astype(np.int64)
     blocks: list[Block] = []
     rest = []
-    for row, cell in enumerate(cells):
-        gap = np.abs(np.delete(cells, row, axis=0) - cell).max(axis=1).min(initial=1 << 30)
-        block = _smallest(field, grid, points[row], cell, min((int(gap) - 1) // 2, _LARGEST))
+    for row in range(len(points)):
+        block = _smallest(field, grid, points[row], *_room(cells, row, grid.cells))
         if block is None:
             rest.append(row)
         else:
@@ -49,16 +56,72 @@ def find_blocks(field: Field, grid: Grid, points: FloatArray) -> tuple[list[Bloc
     return blocks, np.array(rest, np.int64)
 
 
-def _smallest(field: Field, grid: Grid, point: FloatArray, cell: IntArray, largest: int) -> Block | None:
+def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray]:
+    """The block (lower, upper) that belongs to a point: up to the middle towards each other, and within the grid."""
+    cell = cells[row]
+    lower, upper = np.maximum(cell - _FARTHEST, 0), np.minimum(cell + _FARTHEST + 1, size)
+    offsets = np.delete(cells, row, axis=0) - cell
+    axes = np.abs(offsets).argmax(axis=1) if len(offsets) else np.zeros(0, np.int64)
+    for offset, axis in zip(offsets, axes, strict=True):
+        middle = 2 * cell[axis] + offset[axis] + 1
+        if offset[axis] > 0:
+            upper[axis] = min(upper[axis], middle // 2)
+        else:
+            lower[axis] = max(lower[axis], -(-middle // 2))
+    return lower, upper
+
+
+def _smallest(field: Field, grid: Grid, point: FloatArray, least: IntArray, most: IntArray) -> Block | None:
+    """The smallest block round a point, within (least, most), in which f = 0 is proved to be a cone."""
     if not isinstance(field, PolynomialField):
         return None
     germ = Germ.at(field, point, grid.step)
     unit = grid.to_units(point)
-    for reach in range(1, largest + 1):
-        lower, upper = cell - reach, cell + reach + 1
-        if (lower >= 0).all() and (upper <= grid.cells).all() and is_cone(germ, lower - unit, upper - unit):
+    for lower, upper in _candidates(germ, unit, least, most):
+        if is_cone(germ, lower - unit, upper - unit):
             return Block(point, lower, upper)
     return None
+
+
+def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray) -> list[tuple[IntArray, IntArray]]:
+    """Blocks (lower, upper) whose ribs the tangent cone crosses clearly, small ones first."""
+    cell = np.floor(unit).astype(np.int64)
+    ranges = [range(least[a], cell[a] + 1) for a in range(3)] + [range(cell[a] + 1, most[a] + 1) for a in range(3)]
+    blocks = np.array(list(product(*ranges)), np.int64).reshape(-1, 2, 3)
+    away = np.abs(blocks - unit)
+    blocks = blocks[away.min(axis=(1, 2), initial=np.inf) > _NEAREST]
+    sizes = blocks[:, 1] - blocks[:, 0]
+    blocks = blocks[np.ptp(sizes, axis=1) <= 2]
+    sizes = (blocks[:, 1] - blocks[:, 0]).max(axis=1)
+    chosen = []
+    for size in np.unique(sizes[sizes > 1]):
+        group = blocks[sizes == size]
+        nearest = np.abs(group - unit).min(axis=(1, 2))
+        group = group[np.argsort(-nearest, kind="stable")][:_SAMPLE]
+        good = np.ones(len(group), bool)
+        for axis in range(3):
+            good[good] = _clear_ribs(germ, (group - unit)[good], axis)
+        chosen += [(lower, upper) for lower, upper in group[good][:_PER_SIZE]]
+    return chosen
+
+
+def _clear_ribs(germ: Germ, corners: FloatArray, axis: int) -> NDArray[np.bool_]:
+    """Which blocks (n, 2, 3) have ribs along an axis that the tangent cone crosses transversally, if at all."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    share = np.linspace(0, 1, 9)
+    good = np.ones(len(corners), bool)
+    for i, j in product((0, 1), repeat=2):
+        w = np.empty((len(corners), len(share), 3))
+        w[..., axis] = corners[:, :1, axis] + share * (corners[:, 1:, axis] - corners[:, :1, axis])
+        w[..., u], w[..., v] = corners[:, i, u, None], corners[:, j, v, None]
+        value, slope = germ.tangent_cone(w.reshape(-1, 3))
+        value, slope = value.reshape(w.shape[:2]), slope.reshape(w.shape)
+        steep = np.linalg.norm(slope, axis=2)
+        along = np.abs(slope[..., axis])
+        touches = (np.abs(value) < _CLEAR * steep) & (along < 0.5 * steep)
+        corner = np.abs(value[:, (0, -1)]) < _CLEAR * steep[:, (0, -1)]
+        good &= ~touches.any(axis=1) & ~corner.any(axis=1)
+    return good
 
 
 def put_cones(

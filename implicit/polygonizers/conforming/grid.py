@@ -33,7 +33,8 @@ class Grid:
         lower, upper = bounds.box.corners
         step = bounds.box.size / resolution
         origin = lower - (margin + _SHIFT) * step
-        return cls(origin, step, np.ceil((upper - origin) / step).astype(np.int64) + margin)
+        cells = np.ceil((upper - origin) / step).astype(np.int64) + margin
+        return cls(origin, step, cells + (cells % 7 == 0))
 
     @property
     def lattice(self) -> Lattice:
