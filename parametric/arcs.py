@@ -165,6 +165,14 @@ class Arc:
         there = self.guide.side.project(self.side.points(t), start, self.guide.span)[0]
         return self.guide.locate(there)
 
+    def end_key(self, end: int) -> tuple[object, ...]:
+        """A name for the first or last point of the arc: a corner of the domain, or a place inside its side."""
+        t, (low, high) = (self.start, self.end)[end], self.side.interval
+        if t not in (low, high):
+            return self.side.surface_index, self.side.name, t
+        place = (int(self.side.name[1]), int(t == high))
+        return self.side.surface_index, *(place if self.side.axis == 0 else place[::-1])
+
     def turned(self) -> "Arc":
         """The arc run in the other direction."""
         return Arc(self.side, self.end, self.start)

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -72,7 +72,37 @@ def match_edges(sides: Sequence[Side], tolerance: float) -> tuple[tuple[Edge, ..
     for group in groups.values():
         for alike in _sort_alike(group, tolerance):
             edges += _make_edges(alike)
-    return tuple(edges), corners
+    return _part_corners(edges, corners)
+
+
+def _part_corners(edges: list[Edge], corners: Array) -> tuple[tuple[Edge, ...], Array]:
+    """One corner for each fan of surfaces round it: surfaces that touch at a point, and share no edge there, part."""
+    leader: dict[object, object] = {}
+
+    def find(key: object) -> object:
+        while leader.setdefault(key, key) != key:
+            key = leader[key]
+        return key
+
+    for edge in edges:
+        for end in (0, 1):
+            keys = [arc.end_key(end) for arc in edge.arcs]
+            if edge.kind == "degenerate":
+                keys.append(edge.arcs[0].end_key(1 - end))
+            for key in keys[1:]:
+                leader[find(key)] = find(keys[0])
+    numbers: dict[object, int] = {}
+    places: list[int] = []
+    parted = []
+    for edge in edges:
+        ends = []
+        for end in (0, 1):
+            number = numbers.setdefault(find(edge.arcs[0].end_key(end)), len(places))
+            if number == len(places):
+                places.append(edge.ends[end])
+            ends.append(number)
+        parted.append(replace(edge, ends=(ends[0], ends[1])))
+    return tuple(parted), corners[places]
 
 
 def _weld(points: Array, tolerance: float) -> tuple[NDArray[np.int64], Array]:

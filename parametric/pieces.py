@@ -43,12 +43,11 @@ class Pieces:
 
 def cut_into_pieces(shell: Shell) -> Pieces:
     """The patches of all surfaces and the sides between them that do not cancel."""
-    size = float(np.ptp(shell.corners, axis=0).max()) or 1.0
-    patches = [to_patches(surface, FITTED * size) for surface in shell.surfaces]
+    patches = [to_patches(surface, FITTED * shell.size) for surface in shell.surfaces]
     gap = max(part.error for part in patches)
     matched: set[tuple[int, str, int]] = set()
     for edge in shell.edges:
-        found = _in_step(shell, edge, patches, IN_STEP * size + 2 * gap)
+        found = _in_step(shell, edge, patches, IN_STEP * shell.size + 2 * gap)
         if found is not None:
             matched |= found[0]
             gap = max(gap, found[1])

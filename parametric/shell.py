@@ -63,6 +63,8 @@ class Shell:
         All edges; `edge.kind` is "shared", "naked", "crowded" or "degenerate".
     boundary : tuple of Edge
         The naked edges.
+    size : float
+        The longest side of the box round all sides.
     closed : bool
         Whether the surfaces bound a solid: along every edge as many of them lie to the left as to the right, once
         they are turned to agree. A surface taken twice is closed as well.
@@ -80,6 +82,7 @@ class Shell:
     tolerance: float
     edges: tuple[Edge, ...]
     corners: Array
+    size: float
 
     def __init__(self, surfaces: Iterable[ParametricSurface], *, tolerance: float | None = None) -> None:
         kept = tuple(surfaces)
@@ -100,13 +103,7 @@ class Shell:
             raise ValueError(f"tolerance must be a positive length, got {tolerance!r}")
         edges, corners = match_edges(sides, float(tolerance))
         corners.flags.writeable = False
-        for name, value in {
-            "surfaces": kept,
-            "tolerance": float(tolerance),
-            "edges": edges,
-            "corners": corners,
-        }.items():
-            self.__dict__[name] = value
+        self.__dict__.update(surfaces=kept, tolerance=float(tolerance), edges=edges, corners=corners, size=size)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a Shell cannot be changed")

@@ -93,6 +93,9 @@ def evaluator(shell: Shell) -> Evaluate:
 
 def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
     """Split lines until every line and every triangle is within tolerance; each is measured once."""
+    measure = triangle_deviations
+    if certified:
+        from parametric.certificate import certified_deviations as measure
     lines, triangles = np.arange(len(net.lines.home)), np.arange(len(net.triangles.home))
     waiting = np.ones(len(net.triangles.home), bool)
     while True:
@@ -100,7 +103,7 @@ def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
         marked[lines] = line_deviations(net, lines) > tolerance
         calm = waiting & ~marked[net.triangles.lines].any(axis=1)
         triangles = np.flatnonzero(calm)
-        bad = triangles[triangle_deviations(net, triangles) > tolerance]
+        bad = triangles[measure(net, triangles) > tolerance]
         waiting &= ~calm
         ends = net.vertices[net.lines.ends[net.triangles.lines[bad]]]
         longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmax(axis=1)

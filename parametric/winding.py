@@ -154,7 +154,7 @@ class Solid:
         frame = self.frames[0]
         clearance = np.zeros(len(places))
         todo = np.arange(len(places))
-        distance = 0.1 * float(np.ptp(self.shell.corners, axis=0).max())
+        distance = 0.1 * self.shell.size
         while todo.size and distance > 2 * self.slack:
             states = frame.count(places[todo], distance)[1]
             clearance[todo[states != ON]] = distance
