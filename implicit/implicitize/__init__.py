@@ -14,6 +14,8 @@ from implicit.surface import Surface
 
 Domain: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
+_MOST_BITS = 512  # of an integer coefficient; a float has room for 1024
+
 
 def implicitize(
     coordinates: Sequence[Any],
@@ -42,7 +44,7 @@ def implicitize(
     timeout
         Seconds; TimeLimitError when they are over. Needed above degree 20, where the error states an estimate.
     rationalize
-        Replace each float by the simplest fraction within this distance.
+        Replace each float and each fraction by the simplest fraction within this distance.
     degree, domain
         For "approximate": the degree of f, and the patch ((u0, u1), (v0, v1)) that it is made for, by default from 0
         to 1, or to 2 pi for angles. `certificate.residual` is the largest distance that was measured; any coordinates
@@ -79,11 +81,15 @@ def implicitize(
 
 
 def to_polynomial(coordinates: Coordinates, found: Implicit) -> Polynomial:
-    """The polynomial in the numbers of its field."""
+    """The polynomial in the numbers of its field; coefficients far beyond floats are divided by a power of two."""
     scalars = coordinates.field
+    terms = {m: scalars.coordinates(e) for m, e in found.terms.items()}
+    bits = max(abs(c.numerator).bit_length() for e in terms.values() for c in e)
+    if bits > _MOST_BITS:
+        terms = {m: tuple(c / (1 << bits) for c in e) for m, e in terms.items()}
     if scalars.number_field is None:
-        return Polynomial.from_terms({m: e[0] for m, e in found.terms.items()})
-    return Polynomial.from_terms({m: scalars.coordinates(e) for m, e in found.terms.items()}, scalars.number_field)
+        return Polynomial.from_terms({m: e[0] for m, e in terms.items()})
+    return Polynomial.from_terms(terms, scalars.number_field)
 
 
 def _approximate(coordinates: Sequence[Any], parameters: Sequence[Any], degree: int, domain: Domain | None) -> Surface:

@@ -27,13 +27,13 @@ def count(coordinates: Coordinates) -> Count:
     """Degree of the image, number of parameters over a general point of it, finite base points with multiplicity."""
     sections = _Sections(coordinates, Random(1))
     sections.check_rank()
-    first, second = (sections.resultant(sections.plane(), sections.plane()) for _ in range(2))
-    base = first.gcd(second)
+    through = [sections.plane_through_point() for _ in range(3)]
+    first = sections.resultant(through[0], through[1])
+    base = first.gcd(sections.resultant(sections.plane(), sections.plane()))
     total = _degree(first) - _degree(base)
     if first.is_zero() or total <= 0:
         raise NotASurfaceError("the coordinates describe a curve or a point: two planes in general position meet there")
-    through = [sections.plane_through_point() for _ in range(3)]
-    common = sections.resultant(through[0], through[1]).gcd(sections.resultant(through[0], through[2]))
+    common = first.gcd(sections.resultant(through[0], through[2]))
     fibre = max(_degree(common) - _degree(base), 1)
     return Count(total // fibre, fibre, sections.finite_base_points() if _degree(base) else 0)
 

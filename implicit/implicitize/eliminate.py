@@ -14,6 +14,7 @@ from flint import nmod_mat
 from implicit.implicitize.clock import Clock
 from implicit.implicitize.homogeneous import Coordinates, all_monomials
 from implicit.implicitize.modular import (
+    TO_CHECK,
     Element,
     Remainders,
     Residues,
@@ -39,15 +40,19 @@ class Implicit:
     primes: int
 
 
-def lift(coordinates: Coordinates, degree: int, image: Image, clock: Clock) -> Implicit | None:
-    """The polynomial from its images modulo primes, verified at points modulo a prime that was not used.
+Verify = Callable[[Coordinates, Implicit, Clock], bool]
+
+
+def lift(
+    coordinates: Coordinates, degree: int, image: Image, clock: Clock, verify: Verify | None = None
+) -> Implicit | None:
+    """The polynomial from its images modulo primes, verified, by default at points modulo further primes.
 
     None if there is no image modulo any of the first primes: the method does not suit the surface.
     """
     field = coordinates.field
     remainders, support, pivot, used, failed = Remainders(), None, None, 0, 0
-    stream = split_primes(field.modulus)
-    for p, roots in stream:
+    for p, roots in split_primes(field.modulus):
         clock.check("the images modulo primes")
         found = _images(coordinates, image, support, p, roots)
         if found is None:
@@ -68,7 +73,7 @@ def lift(coordinates: Coordinates, degree: int, image: Image, clock: Clock) -> I
             continue
         grouped = [tuple(numbers[k : k + field.degree]) for k in range(0, len(numbers), field.degree)]
         answer = Implicit(degree, {m: e for m, e in zip(support, grouped, strict=True) if any(e)}, used)
-        if vanishes(coordinates, answer, next(stream), seed=used):
+        if (verify or vanishes)(coordinates, answer, clock):
             return answer
     raise AssertionError("there are infinitely many primes")
 
@@ -92,12 +97,13 @@ def _scale(column: list[int], pivot: int, p: int) -> list[int]:
     return [c * inverse % p for c in column]
 
 
-def vanishes(coordinates: Coordinates, answer: Implicit, prime: tuple[int, list[int]], seed: int) -> bool:
-    """Whether the polynomial is zero at random points of the surface modulo a prime."""
-    p, roots = prime
+def vanishes(coordinates: Coordinates, answer: Implicit, clock: Clock) -> bool:
+    """Whether the polynomial is zero at random points of the surface modulo a prime that did not help to find it."""
+    clock.check("the check of the polynomial")
+    p, roots = next(split_primes(coordinates.field.modulus, TO_CHECK - 1000 * answer.primes))
     monomials = list(answer.terms)
     for root in roots:
-        points = random_points(reduce_coordinates(coordinates, p, root), 8, p, seed)
+        points = random_points(reduce_coordinates(coordinates, p, root), 8, p, answer.primes)
         coefficients = np.array([reduce_element(e, p, root) for e in answer.terms.values()], dtype=np.int64)
         rows = monomial_rows(points, monomials, answer.degree, p)
         if ((rows * coefficients % p).sum(axis=1) % p).any():

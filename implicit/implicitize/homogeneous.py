@@ -56,7 +56,8 @@ def read_coordinates(
     """Three expressions in two parameters as homogeneous integer coordinates.
 
     Sines, cosines and exponentials of multiples of a parameter are replaced by rational functions of one variable.
-    A float stands for its exact binary value, or for the simplest fraction within `rationalize` of it.
+    A float stands for its exact binary value. With `rationalize`, floats and fractions are replaced by the simplest
+    fractions within that distance.
     """
     names = _symbols(parameters)
     expressions = to_expressions(coordinates)
@@ -135,10 +136,10 @@ class _Reader:
         return self.seen[e]
 
     def _read(self, e: sympy.Expr) -> Ratio:
-        if e.is_Rational:
-            return RING.constant(fmpq(int(e.p), int(e.q))), ONE
-        if e.is_Float:
-            value = exact_float(e, self.rationalize)
+        if e.is_Integer:
+            return RING.constant(int(e.p)), ONE
+        if e.is_Rational or e.is_Float:
+            value = exact_number(e, self.rationalize)
             return RING.constant(fmpq(value.numerator, value.denominator)), ONE
         if e.is_Symbol:
             return self.variables[e], ONE
@@ -222,8 +223,8 @@ class _Reader:
         return (num, den) if common.is_constant() else (num // common, den // common)
 
 
-def exact_float(value: sympy.Float, rationalize: float | None) -> Fraction:
-    """The binary value of a float, or the simplest fraction within `rationalize` of it."""
+def exact_number(value: sympy.Number, rationalize: float | None) -> Fraction:
+    """A fraction, or the binary value of a float; or the simplest fraction within `rationalize` of it."""
     exact = sympy.Rational(value)
     fraction = Fraction(int(exact.p), int(exact.q))
     if rationalize is None:

@@ -1,7 +1,6 @@
 """Arithmetic modulo primes below 2^31, whose products fit in an int64, and the way back to fractions."""
 
 from collections.abc import Iterator, Sequence
-from functools import cache
 from math import gcd, isqrt
 from typing import TypeAlias
 
@@ -16,24 +15,21 @@ Element: TypeAlias = tuple[int, ...]
 """An integer of a number field: coefficients of 1, a, a^2, ... for the generator a; one number over the rationals."""
 
 
-@cache
-def prime(index: int) -> int:
-    """The `index`-th prime below 2^31, counted downward from 0."""
-    candidate = (prime(index - 1) if index else 1 << 31) - 1
-    while not fmpz(candidate).is_prime():
-        candidate -= 1
-    return candidate
+TO_FIND, TO_CHECK, TO_PROVE = 1 << 31, 7 << 28, 3 << 29
+"""Where the primes for the three purposes start, downward: far enough apart that they never meet."""
 
 
-def split_primes(modulus: Sequence[int], start: int = 0) -> Iterator[tuple[int, list[int]]]:
-    """Primes p where the monic integer polynomial `modulus` (constant term first) has as many roots as its degree.
+def split_primes(modulus: Sequence[int], below: int = TO_FIND) -> Iterator[tuple[int, list[int]]]:
+    """Primes p < `below` where the monic integer polynomial `modulus` has as many roots as its degree.
 
-    Each comes with its roots: the images of the generator of the number field in the integers modulo p.
+    Each comes with its roots: the images of the generator of the number field in the integers modulo p. The constant
+    term of the modulus is first.
     """
-    degree, index = len(modulus) - 1, start
+    degree, p = len(modulus) - 1, below
     while True:
-        p = prime(index)
-        index += 1
+        p -= 1
+        if not fmpz(p).is_prime():
+            continue
         if degree == 1:
             yield p, [-modulus[0] % p]
             continue
@@ -55,6 +51,8 @@ def product(left: Residues, right: Residues, p: int) -> Residues:
 
     The left factor is cut into two halves of at most 16 bits: sums of 32 products with 31 bits are exact in doubles.
     """
+    if left.shape[1] <= 6:
+        return (left[:, :, None] * right % p).sum(axis=1) % p
     out = np.zeros((left.shape[0], right.shape[1]), dtype=np.int64)
     for k in range(0, left.shape[1], 32):
         high, low = np.divmod(left[:, k : k + 32], 1 << 16)
@@ -84,8 +82,10 @@ def reduce_element(element: Element, p: int, root: int) -> int:
 
 def evaluate(arrays: Residues, s: Residues, t: Residues, p: int) -> Residues:
     """The coordinates (4, m+1, n+1) at the parameters s and t, (k,) each: an array (4, k) modulo p."""
-    in_s, in_t = powers(s, arrays.shape[1] - 1, p), powers(t, arrays.shape[2] - 1, p)
-    return np.stack([(product(a.T, in_s, p) * in_t % p).sum(axis=0) % p for a in arrays])
+    _, rows, columns = arrays.shape
+    in_s, in_t = powers(s, rows - 1, p), powers(t, columns - 1, p)
+    in_t_only = product(arrays.transpose(0, 2, 1).reshape(4 * columns, rows), in_s, p).reshape(4, columns, -1)
+    return (in_t_only * in_t % p).sum(axis=1) % p
 
 
 def unmix(values: list[list[int]], roots: list[int], p: int) -> list[list[int]]:

@@ -15,6 +15,7 @@ from implicit.implicitize.clock import Clock
 from implicit.implicitize.eliminate import Implicit, Monomial, monomial_rows
 from implicit.implicitize.homogeneous import Coordinates
 from implicit.implicitize.modular import (
+    TO_PROVE,
     Residues,
     evaluate,
     powers,
@@ -24,7 +25,6 @@ from implicit.implicitize.modular import (
     split_primes,
 )
 
-_FRESH = 40  # primes for the proof start here, beyond most of those that found the polynomial
 _LINES = 8  # lines tried at a time
 
 
@@ -53,7 +53,7 @@ def prove_identity(coordinates: Coordinates, answer: Implicit, clock: Clock) -> 
     bits, covered = identity_bits(coordinates, answer), 0.0
     m, n = coordinates.bidegree
     s, t = (axis.ravel() for axis in np.indices((answer.degree * m + 1, answer.degree * n + 1)))
-    for p, roots in split_primes(coordinates.field.modulus, _FRESH):
+    for p, roots in split_primes(coordinates.field.modulus, TO_PROVE):
         clock.check("the proof")
         for root in roots:
             points = evaluate(reduce_coordinates(coordinates, p, root), s, t, p)
@@ -92,7 +92,7 @@ def prove_irreducible(coordinates: Coordinates, answer: Implicit, clock: Clock, 
     """Whether a line was found on which f is irreducible modulo a prime; False proves nothing."""
     d = answer.degree
     random = np.random.default_rng(3)
-    for p, roots in islice(split_primes(coordinates.field.modulus, _FRESH), max(1, attempts // _LINES)):
+    for p, roots in islice(split_primes(coordinates.field.modulus, TO_PROVE), max(1, attempts // _LINES)):
         clock.check("the proof of irreducibility")
         coefficients = np.array([reduce_element(e, p, roots[0]) for e in answer.terms.values()], dtype=np.int64)
         start, direction = random.integers(0, p, (2, 4, _LINES, 1))

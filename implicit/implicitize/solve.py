@@ -14,6 +14,7 @@ from implicit.implicitize.proof import identity_bits, proof_cost, prove_identity
 
 _PROOF_SECONDS = 60.0  # a longer proof over the integers is left to fresh primes
 _FREE_DEGREE = 20  # above this nothing is started without an estimate
+_EASY_DEGREE = 4  # up to here the proof is as quick as a check
 _SMALL_DEGREE = 7  # the null space is quicker up to here, with base points two degrees further
 
 
@@ -36,7 +37,8 @@ def _find(coordinates: Coordinates, counted: Count, clock: Clock) -> tuple[Impli
             return found, "moving planes"
     if _null_space_seconds(degree) > clock.left:
         raise TimeLimitError(f"one null space of degree {degree} takes about {_null_space_seconds(degree):.0f} s")
-    found = lift(coordinates, degree, null_space_image(degree), clock)
+    verify = prove_identity if degree <= _EASY_DEGREE else None
+    found = lift(coordinates, degree, null_space_image(degree), clock, verify)
     if found is None:
         raise ArithmeticError(
             f"no polynomial of the degree {degree} that was counted modulo a prime; please report this"
@@ -85,7 +87,8 @@ def _duration(seconds: float) -> str:
 
 def _prove(coordinates: Coordinates, counted: Count, found: Implicit, method: str, clock: Clock) -> Certificate:
     if proof_cost(coordinates, found) < min(_PROOF_SECONDS, clock.left):
-        exact = prove_identity(coordinates, found, clock) and prove_irreducible(coordinates, found, clock)
+        identity = found.degree <= _EASY_DEGREE or prove_identity(coordinates, found, clock)
+        exact = identity and prove_irreducible(coordinates, found, clock)
     else:
         exact = False
     chance = 0.0 if exact else (identity_bits(coordinates, found) / 30 + 1) / 9e7
