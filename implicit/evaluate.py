@@ -99,14 +99,14 @@ class TapeField:
         adjoints = np.empty((n if gradients is not None else 0, WIDTH))
         slopes = np.empty((3, WIDTH))
         result = np.empty(len(points))
-        data = (tape.arguments, tape.constants)
+        code, data = tape.code.copy(), (tape.arguments.copy(), tape.constants)  # writable: one signature is compiled
         for start in range(0, len(points), _CHUNK):
             axes = np.ascontiguousarray(points[start : start + _CHUNK].T)
             k = axes.shape[1]
-            evaluate(tape.code, 0, n, *data, axes, k, SIDE, registers, scratch)
+            evaluate(code, 0, n, *data, axes, k, SIDE, registers, scratch)
             result[start : start + k] = registers[n - 1, :k]
             if gradients is not None:
-                differentiate(tape.code, 0, n, *data, k, registers, adjoints, slopes, scratch)
+                differentiate(code, 0, n, *data, k, registers, adjoints, slopes, scratch)
                 gradients[start : start + k] = slopes[:, :k].T
         return result
 

@@ -12,7 +12,7 @@ from implicit import Surface, x, y, z
 from implicit.kernels.adjoint import differentiate
 from implicit.kernels.ranges import enclose
 from implicit.kernels.shorten import shorten
-from implicit.kernels.values import SIDE, WIDTH, evaluate, operand
+from implicit.kernels.values import SIDE, WIDTH, evaluate, spread
 from implicit.tape import ADD, CONST, DIV, MAX, MIN, MUL, Tape, make_tape
 
 
@@ -38,7 +38,7 @@ def brick(code, start, count, tape, arguments, axes):
     registers, scratch = np.empty((count, WIDTH)), np.empty((3, WIDTH))
     evaluate(code, start, count, arguments, tape.constants, axes, 0, SIDE, registers, scratch)
     out = np.empty(512)
-    operand(out, registers[count - 1], code[start + count - 1, 3], 7, 0, SIDE)
+    spread(out, registers[count - 1], code[start + count - 1, 3], 7, SIDE)
     return out
 
 

@@ -4,8 +4,8 @@ import math
 
 from numba import njit
 
-from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, copy, fill, sine
-from implicit.tape import ABS, ADD, ATAN, CONST, COS, DIV, EXP, LOG, MUL, NEG, POW, SIN, SQR, SQRT, SUB
+from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows, copy, fill, sine
+from implicit.tape import ABS, ATAN, CONST, COS, DIV, EXP, LOG, MUL, NEG, POW, SIN, SQR, SQRT, SUB
 
 
 @njit(**OPTIONS)
@@ -61,38 +61,25 @@ def differentiate(
                     free[k] = 0.0 if taken else free[k]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _binary(operation: int, g: Floats, value: Floats, a: Floats, b: Floats, to_a: Floats, to_b: Floats) -> None:
-    n = g.shape[0]
-    a, b, to_a, to_b = a[:n], b[:n], to_a[:n], to_b[:n]
-    if operation == ADD:
-        for k in range(n):
-            to_a[k] += g[k]
-        for k in range(n):
-            to_b[k] += g[k]
-    elif operation == SUB:
-        for k in range(n):
-            to_a[k] += g[k]
-        for k in range(n):
-            to_b[k] -= g[k]
-    elif operation == MUL:
-        for k in range(n):
-            to_a[k] += g[k] * b[k]
-        for k in range(n):
-            to_b[k] += g[k] * a[k]
-    else:
-        for k in range(n):
-            part = g[k] / b[k] if g[k] != 0.0 else 0.0
-            to_a[k] += part
-        for k in range(n):
-            part = g[k] / b[k] * value[k] if g[k] != 0.0 else 0.0
-            to_b[k] -= part
+    for k in range(g.shape[0]):
+        to, fro = g[k], g[k]
+        if operation == SUB:
+            fro = -fro
+        elif operation == MUL:
+            to, fro = to * b[k], fro * a[k]
+        elif operation == DIV:
+            to = to / b[k] if to != 0.0 else 0.0
+            fro = -to * value[k] if to != 0.0 else 0.0
+        to_a[k] += to
+        to_b[k] += fro
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, exponent: float, scratch: Floats) -> None:
     n = g.shape[0]
-    a, to_a, factor = a[:n], to_a[:n], scratch[:n]
+    factor = scratch[:n]
     if operation == NEG:
         fill(factor, -1.0)
     elif operation == ABS:

@@ -18,13 +18,15 @@ Indices: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
+INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # called by other kernels only
 
 EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above
 SIN_MOST = 1e5  # beyond, the library's sine
+_POWERS = np.ldexp(1.0, np.arange(-1022, 1024))  # of two
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to the nearest whole number
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def copy(out: Floats, a: Floats) -> None:
     """Store a; assigning slices of arrays would cost numba three seconds of compilation."""
     a = a[: out.shape[0]]
@@ -32,14 +34,14 @@ def copy(out: Floats, a: Floats) -> None:
         out[k] = a[k]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def fill(out: Floats, value: float) -> None:
     """Store one value everywhere."""
     for k in range(out.shape[0]):
         out[k] = value
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def sine(out: Floats, a: Floats, shift: float) -> None:
     """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
     far = False
@@ -68,16 +70,13 @@ def sine(out: Floats, a: Floats, shift: float) -> None:
                 out[k] = math.sin(a[k]) if shift == 0.0 else math.cos(a[k])
 
 
-@njit(**OPTIONS)
-def exponential(out: Floats, a: Floats, scratch: Floats) -> None:
-    """Store exp(a): a = q log 2 + r, the powers of two set through the bits of a float."""
-    n = out.shape[0]
-    powers = scratch[:n]
-    bits = powers.view(np.int64)
-    for k in range(n):
-        v = min(max(a[k], EXP_LEAST), EXP_MOST)
-        shifted = v * 1.4426950408889634 + _ROUND
-        q = shifted - _ROUND
+@njit(**INNER)
+def exponential(out: Floats, a: Floats) -> None:
+    """Store exp(a): a = q log 2 + r, a polynomial in r, and 2^q from a table."""
+    for k in range(out.shape[0]):
+        v = a[k] if a[k] > EXP_LEAST else EXP_LEAST
+        v = v if v < EXP_MOST else EXP_MOST
+        q = (v * 1.4426950408889634 + _ROUND) - _ROUND
         r = (v - q * 0.6931471803691238) - q * 1.9082149292705877e-10
         p = 1.0 / 479001600.0 + r / 6227020800.0
         p = 1.0 / 39916800.0 + r * p
@@ -90,18 +89,13 @@ def exponential(out: Floats, a: Floats, scratch: Floats) -> None:
         p = 1.0 / 24.0 + r * p
         p = 1.0 / 6.0 + r * p
         p = 0.5 + r * p
-        out[k] = 1.0 + r * (1.0 + r * p)
-        powers[k] = shifted
-    for k in range(n):
-        bits[k] = (bits[k] + 1023) << 52
-    for k in range(n):
-        v = out[k] * powers[k]
+        v = (1.0 + r * (1.0 + r * p)) * _POWERS[np.uint64(q + 1022.0)]
         v = 0.0 if a[k] < EXP_LEAST else v
         v = np.inf if a[k] > EXP_MOST else v
-        out[k] = v if a[k] == a[k] else np.nan
+        out[k] = v if a[k] == a[k] else a[k]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
     """One operation on two arrays; MIN and MAX keep a when both are equal, and a NaN in either."""
     n = out.shape[0]
@@ -124,8 +118,8 @@ def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
             out[k] = b[k] if (sign * b[k] < sign * a[k]) or (b[k] != b[k]) else a[k]
 
 
-@njit(**OPTIONS)
-def unary(operation: int, out: Floats, a: Floats, scratch: Floats) -> None:
+@njit(**INNER)
+def unary(operation: int, out: Floats, a: Floats) -> None:
     """One operation on one array; NaN where it is no real number."""
     n = out.shape[0]
     a = a[:n]
@@ -142,7 +136,7 @@ def unary(operation: int, out: Floats, a: Floats, scratch: Floats) -> None:
         for k in range(n):
             out[k] = math.sqrt(a[k])
     elif operation == EXP:
-        exponential(out, a, scratch)
+        exponential(out, a)
     elif operation == LOG:
         for k in range(n):
             out[k] = math.log(a[k])
@@ -155,7 +149,7 @@ def unary(operation: int, out: Floats, a: Floats, scratch: Floats) -> None:
         sine(out, a, 0.5)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def power(out: Floats, a: Floats, exponent: float) -> None:
     """Store a^exponent, NaN for negative a."""
     for k in range(out.shape[0]):

@@ -7,14 +7,14 @@ scattered points every register is full and holds one value per point.
 
 from numba import njit
 
-from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows, binary, copy, fill, power, unary
+from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows, binary, copy, fill, power, unary
 from implicit.tape import CONST, DIV, MIN, POW
 
 WIDTH = 528  # floats in a row of registers: 512 samples, and no two rows a multiple of 4096 bytes apart
 SIDE = 8  # samples along a brick
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def count_of(mask: int, side: int) -> int:
     """The number of values of a register with this mask, on a brick with `side` samples along each axis."""
     n = 1
@@ -49,6 +49,15 @@ def spread(out: Floats, a: Floats, own: int, mask: int, side: int) -> None:
             place += full_z
 
 
+@njit(**INNER)
+def aligned(registers: Floats, r: int, own: int, mask: int, side: int, scratch: Floats) -> Floats:
+    """Register r in the layout of `mask`: itself, or spread into scratch."""
+    if own == mask:
+        return registers[r]
+    spread(scratch, registers[r], own, mask, side)
+    return scratch
+
+
 @njit(**OPTIONS)
 def evaluate(
     code: Rows,
@@ -65,48 +74,30 @@ def evaluate(
     """Registers 0 .. count-1 of the tape in rows start .. start+count-1 of `code`; the result is the last.
 
     points 0: a brick, axes (3, >= side) hold its lattice coordinates. points n > 0: n scattered points, axes (3, >= n)
-    hold their coordinates. registers (>= count, >= values), scratch (3, >= values).
+    hold their coordinates. registers (>= count, >= values), scratch (2, >= values).
     """
     for q in range(count):
         operation = code[start + q, 0]
         a = code[start + q, 1]
         b = code[start + q, 2]
         mask = 7 if points else code[start + q, 3]
-        n = points if points else count_of(mask, side)
-        out = registers[q, :n]
+        out = registers[q, : points if points else count_of(mask, side)]
         if operation < CONST:
             copy(out, axes[operation])
         elif operation == CONST:
             fill(out, constants[a, 0])
-        elif operation >= MIN:
-            first = arguments[a]
-            operand(out, registers[first], code[start + first, 3], mask, points, side)
-            for t in range(1, b):
-                other = arguments[a + t]
-                values = registers[other]
-                if not points and code[start + other, 3] != mask:
-                    spread(scratch[1], registers[other], code[start + other, 3], mask, side)
-                    values = scratch[1]
-                binary(operation, out, out, values)
-        elif operation <= DIV:
-            left, right = registers[a], registers[b]
-            if not points and code[start + a, 3] != mask:
-                spread(scratch[0], registers[a], code[start + a, 3], mask, side)
-                left = scratch[0]
-            if not points and code[start + b, 3] != mask:
-                spread(scratch[1], registers[b], code[start + b, 3], mask, side)
-                right = scratch[1]
-            binary(operation, out, left, right)
         elif operation == POW:
             power(out, registers[a], constants[b, 0])
-        else:
-            unary(operation, out, registers[a], scratch[2])
-
-
-@njit(**OPTIONS)
-def operand(out: Floats, a: Floats, own: int, mask: int, points: int, side: int) -> None:
-    """Copy a register into the layout of `mask`."""
-    if points or own == mask:
-        copy(out, a)
-    else:
-        spread(out, a, own, mask, side)
+        elif operation > DIV and operation < MIN:
+            unary(operation, out, registers[a])
+        else:  # two operands, or the several of MIN and MAX one after the other
+            chain = operation >= MIN
+            first = arguments[a] if chain else a
+            left = aligned(registers, first, 7 if points else code[start + first, 3], mask, side, scratch[0])
+            if chain and b == 1:
+                copy(out, left)
+            for t in range(1, b if chain else 2):
+                other = arguments[a + t] if chain else b
+                right = aligned(registers, other, 7 if points else code[start + other, 3], mask, side, scratch[1])
+                binary(operation, out, left, right)
+                left = out
