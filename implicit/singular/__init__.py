@@ -1,3 +1,4 @@
 """Singular points and curves of surfaces, with proofs."""
 
-from implicit.singular.locus import SingularCurve, SingularLocus, SingularPoint, singularities
+from implicit.singular.kinds import SingularCurve, SingularLocus, SingularPoint
+from implicit.singular.locus import singularities

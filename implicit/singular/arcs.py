@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from flint import acb_poly, arb, arb_poly, fmpq, fmpq_mpoly, fmpq_poly, fmpz_poly
@@ -74,7 +75,6 @@ class Part:
                 out.extend(real_roots(square_free(line)))
         return out
 
-
     def solitary(self, breaks: Sequence[fmpq]) -> list[Floats]:
         """Real points of the complex curve where no real arcs are: complex roots that become real at a critical X."""
         out = []
@@ -141,15 +141,13 @@ def _sample(part: Part, start: fmpq, end: fmpq, s: float) -> dict[int, Floats]:
     return {n: p for n, p in lifted.items() if p is not None}
 
 
-def trace(
-    part: Part, breaks: Sequence[fmpq], tolerance: float, longest: float, deadline: Deadline
-) -> list[Arc] | None:
+def trace(part: Part, breaks: Sequence[fmpq], tolerance: float, longest: float, deadline: Deadline) -> list[Arc] | None:
     """The arcs between neighbouring breaks, with chords within the tolerance and not longer than `longest`, or None.
 
     Points are exact at Chebyshev nodes, doubled until interpolation predicts the next ones to a tenth of the tolerance.
     """
     arcs = []
-    for low, high in zip(breaks[:-1], breaks[1:], strict=True):
+    for low, high in pairwise(breaks):
         gap = (high - low) * _TINY
         start, end = low + gap, high - gap
         samples: dict[float, dict[int, Floats]] = {}
@@ -205,7 +203,9 @@ def _resample(nodes: Floats, values: Floats, tolerance: float, longest: float) -
         between = interpolate(nodes, values, middles)
         chord = points[1:] - points[:-1]
         length = np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-300)
-        aside = (between - points[:-1]) - np.sum((between - points[:-1]) * chord, axis=1, keepdims=True) * (chord / length) / length
+        aside = (between - points[:-1]) - np.sum((between - points[:-1]) * chord, axis=1, keepdims=True) * (
+            chord / length
+        ) / length
         aside = np.where(length > 1e-290, aside, 0.0)
         bent = (np.linalg.norm(aside, axis=1) > tolerance / 2) | (length[:, 0] > longest)
         if not bent.any():

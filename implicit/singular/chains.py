@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,9 @@ def _walk(arcs: Sequence[Arc], partner: dict[End, End], corner: dict[End, Floats
     for start in starts + [(a, 0) for a in range(len(arcs))]:
         if start[0] not in unused:
             continue
-        pieces, sources, here, closed = [], [], start, False
+        pieces: list[Floats] = []
+        sources: list[tuple[Arc, float]] = []
+        here, closed = start, False
         while here[0] in unused:
             unused.discard(here[0])
             points = arcs[here[0]].points.copy()
@@ -109,9 +112,9 @@ def _walk(arcs: Sequence[Arc], partner: dict[End, End], corner: dict[End, Floats
 def clip(chain: Chain, bounds: Bounds, special: Floats) -> list[Chain]:
     """The pieces of a chain inside the bounds, cut on their boundary, with the special points among their vertices."""
     line = np.concatenate([chain.polyline, chain.polyline[:1]]) if chain.closed else chain.polyline
-    spans = [_inside(a, b, bounds) for a, b in zip(line[:-1], line[1:], strict=True)]
+    spans = [_inside(a, b, bounds) for a, b in pairwise(line)]
     pieces: list[list[Floats]] = []
-    for (a, b), span in zip(zip(line[:-1], line[1:], strict=True), spans, strict=True):
+    for (a, b), span in zip(pairwise(line), spans, strict=True):
         if span is None:
             continue
         first, last = a + span[0] * (b - a), a + span[1] * (b - a)

@@ -24,7 +24,7 @@ class Shape:
 def shape_of(part: Part) -> Shape:
     """What kind of curve a part is; exact."""
     degree = part.polynomial.total_degree()
-    shape = _line(part) if degree == 1 else (_conic(part) if degree == 2 else None)
+    shape = _line(part) if degree == 1 else _plane_curve(part)
     if shape is None:
         projection = part.projection
         return Shape((projection.in_space(part.polynomial), projection.graph()), None)
@@ -61,25 +61,45 @@ def _over(part: Part, at: fmpq) -> list[fmpq] | None:
     if len(line) < 2 or line[1] == 0:
         return None
     y = -line[0] / line[1]
-    slope, height = (fmpq_poly([r(at) for r in rows(q)])(y) for q in (part.projection.plane.derivative(1), part.projection.height))
+    slope, height = (
+        fmpq_poly([r(at) for r in rows(q)])(y) for q in (part.projection.plane.derivative(1), part.projection.height)
+    )
     if slope == 0:
         return None
-    return [sum((fmpq(c) * v for c, v in zip(row, (at, y, height / slope), strict=True)), fmpq(0)) for row in part.projection.turn]
+    return [
+        sum((fmpq(c) * v for c, v in zip(row, (at, y, height / slope), strict=True)), fmpq(0))
+        for row in part.projection.turn
+    ]
 
 
-def _conic(part: Part) -> Shape | None:
+def _plane_curve(part: Part) -> Shape | None:
+    """A curve in a plane: by the plane and a cylinder, over two coordinates."""
     plane = _plane(part)
     if plane is None:
         return None
     a, b, c = plane
-    projection = part.projection
-    forms = projection.forms()
+    forms = part.projection.forms()
     flat = forms[2] - forms[0] * a - forms[1] * b - c
     lead = max(range(3), key=lambda n: abs(_coefficient(flat, n)))
     gens = list(RATIONAL.gens())
     gens[lead] = gens[lead] - flat / _coefficient(flat, lead)
-    quadric = projection.in_space(part.polynomial).compose(*gens, ctx=RATIONAL)
-    return Shape((flat, quadric), _ellipse(part, plane))
+    section = part.projection.in_space(part.polynomial).compose(*gens, ctx=RATIONAL)
+    if part.polynomial.total_degree() > 2:
+        return Shape((flat, section), None)
+    return Shape((flat, section), _parametrize(section, gens[lead], lead))
+
+
+def _parametrize(section: fmpq_mpoly, height: fmpq_mpoly, lead: int) -> Triple | None:
+    """A conic in the two coordinates besides `lead`, which is `height` as a function of them."""
+    first, second = (n for n in range(3) if n != lead)
+    solved = _conic_in_plane(section, first, second)
+    if solved is None:
+        return None
+    out: list[sympy.Expr] = [sympy.Integer(0)] * 3
+    out[first], out[second] = solved
+    slopes = [(_rational(_coefficient(height, n)), out[n]) for n in (first, second)]
+    out[lead] = sympy.expand(_rational(height[(0,) * 6]) + sum(m * v for m, v in slopes))
+    return out[0], out[1], out[2]
 
 
 def _coefficient(p: fmpq_mpoly, axis: int) -> fmpq:
@@ -101,31 +121,31 @@ def _plane(part: Part) -> tuple[fmpq, fmpq, fmpq] | None:
     return reduced[0, 3], reduced[1, 3], reduced[2, 3]
 
 
-
-
-def _ellipse(part: Part, plane: tuple[fmpq, fmpq, fmpq]) -> Triple | None:
-    """Completed squares: C (Y - yc + B (X - xc) / 2C)^2 + (A - B^2 / 4C) (X - xc)^2 = F."""
-    terms = {tuple(int(e) for e in m): _rational(c) for m, c in part.polynomial.to_dict().items()}
-    a, b, c, d, e, f = (terms.get(m, sympy.Integer(0)) for m in ((2, 0), (1, 1), (0, 2), (1, 0), (0, 1), (0, 0)))
+def _conic_in_plane(section: fmpq_mpoly, first: int, second: int) -> tuple[sympy.Expr, sympy.Expr] | None:
+    """Completed squares: C (v - v0 + B (u - u0) / 2C)^2 + (A - B^2 / 4C) (u - u0)^2 = F."""
+    powers = ((2, 0), (1, 1), (0, 2), (1, 0), (0, 1), (0, 0))
+    keys = [tuple(i if n == first else j if n == second else 0 for n in range(6)) for i, j in powers]
+    a, b, c, d, e, f = (_rational(section[key]) for key in keys)
+    if c == 0 and a == 0:
+        return None
+    if c == 0:
+        swapped = _conic_in_plane(section, second, first)
+        return swapped and (swapped[1], swapped[0])
     rest = a - b**2 / (4 * c)
     if rest == 0:
-        x, y = _parabola(a, b, c, d, e, f)
+        return _parabola(a, b, c, d, e, f)
+    u0, v0 = sympy.Matrix([[2 * a, b], [b, 2 * c]]).LUsolve(sympy.Matrix([-d, -e]))
+    level = -(f + (d * u0 + e * v0) / 2)
+    p, q = level / rest, level / c
+    if p <= 0 and q <= 0:
+        return None
+    if p > 0 and q > 0:
+        u, v = sympy.sqrt(p) * sympy.cos(t), sympy.sqrt(q) * sympy.sin(t)
+    elif p > 0:
+        u, v = sympy.sqrt(p) / sympy.cos(t), sympy.sqrt(-q) * sympy.tan(t)
     else:
-        xc, yc = sympy.Matrix([[2 * a, b], [b, 2 * c]]).LUsolve(sympy.Matrix([-d, -e]))
-        level = -(f + (d * xc + e * yc) / 2)
-        first, second = level / rest, level / c
-        if first <= 0 and second <= 0:
-            return None
-        if first > 0 and second > 0:
-            u, v = sympy.sqrt(first) * sympy.cos(t), sympy.sqrt(second) * sympy.sin(t)
-        elif first > 0:
-            u, v = sympy.sqrt(first) / sympy.cos(t), sympy.sqrt(-second) * sympy.tan(t)
-        else:
-            u, v = sympy.sqrt(-first) * sympy.tan(t), sympy.sqrt(second) / sympy.cos(t)
-        x, y = xc + u, yc + v - b / (2 * c) * u
-    z = _rational(plane[0]) * x + _rational(plane[1]) * y + _rational(plane[2])
-    out = [sympy.expand(sum(n * v for n, v in zip(row, (x, y, z), strict=True))) for row in part.projection.turn]
-    return out[0], out[1], out[2]
+        u, v = sympy.sqrt(-p) * sympy.tan(t), sympy.sqrt(q) / sympy.cos(t)
+    return u0 + u, sympy.expand(v0 + v - b / (2 * c) * u)
 
 
 def _parabola(

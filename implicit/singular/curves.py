@@ -8,7 +8,7 @@ from flint import fmpq_mpoly
 from numpy.typing import NDArray
 
 from implicit.domain import Bounds
-from implicit.singular.arcs import Part, breaks_of, plane_range, trace
+from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
 from implicit.singular.chains import Chain, clip, join
 from implicit.singular.conic import Shape, shape_of
 from implicit.singular.form import Form
@@ -36,7 +36,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Curves:
-    """All singular curves in the bounds; `shapes` are the equations of all complex ones, `solitary` their lone points."""
+    """All singular curves in the bounds, lone real points of complex ones, and equations of all complex ones."""
 
     curves: list[Curve]
     solitary: list[Floats]
@@ -51,7 +51,8 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     box, size = bounds.box.corners, bounds.size
     parts = [Part(projection, p, form.field) for p in projection.parts]
     shapes: list[Shape] = [shape_of(part) for part in parts]
-    arcs, solitary = [], []
+    arcs: list[Arc] = []
+    solitary: list[Floats] = []
     for part in parts:
         breaks = breaks_of(part, parts, plane_range(projection.turn, box))
         found = trace(part, breaks, _CHORD * size, size / 32, deadline)

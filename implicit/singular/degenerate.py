@@ -39,7 +39,8 @@ class LonelyPoint:
 
 def settle(form: Form, corners: Floats, deadline: Deadline) -> tuple[list[LonelyPoint], NDArray[np.bool_]]:
     """Degenerate points in or near the boxes (K, 2, 3), and which boxes stay unsettled."""
-    jet, found, open_ = Jet(form), [], np.ones(len(corners), bool)
+    jet, open_ = Jet(form), np.ones(len(corners), bool)
+    found: list[LonelyPoint] = []
     for _ in range(40):
         todo = np.flatnonzero(open_)
         if not len(todo) or deadline.passed:

@@ -106,9 +106,7 @@ def propose(center: list[arb], field: Field, bits: int = BITS) -> ExactPoint | N
     return None
 
 
-def _coordinates(
-    values: list[arb], theta: arb, modulus: fmpq_poly, field: Field, bits: int
-) -> ExactPoint | None:
+def _coordinates(values: list[arb], theta: arb, modulus: fmpq_poly, field: Field, bits: int) -> ExactPoint | None:
     powers = [theta**n if n else arb(1) for n in range(int(modulus.degree()))]
     forms = []
     for v in values:

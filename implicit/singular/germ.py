@@ -227,7 +227,9 @@ class Germ:
             return "none"
         if (b * b * c2 * c2 - 4 * a * c2**3 - 4 * b**3 * d - 27 * a * a * d * d + 18 * a * b * c2 * d) % p:
             return "distinct"
-        return "double" if any(x % p for x in (b * b - 3 * a * c2, b * c2 - 9 * a * d, c2 * c2 - 3 * b * d)) else "triple"
+        return (
+            "double" if any(x % p for x in (b * b - 3 * a * c2, b * c2 - 9 * a * d, c2 * c2 - 3 * b * d)) else "triple"
+        )
 
 
 def exact_rank(rows: Sequence[dict[int, fmpq_poly]], width: int, modulus: fmpq_poly) -> int:

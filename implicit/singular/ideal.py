@@ -9,7 +9,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import lcm
 
-from flint import Ordering, fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx, fmpq_poly, fmpz_mpoly, fmpz_mpoly_ctx, fmpz_mpoly_vec
+from flint import (
+    Ordering,
+    fmpq,
+    fmpq_mat,
+    fmpq_mpoly,
+    fmpq_mpoly_ctx,
+    fmpq_poly,
+    fmpz_mpoly,
+    fmpz_mpoly_ctx,
+    fmpz_mpoly_vec,
+)
 
 from implicit.singular.form import Form
 
@@ -25,7 +35,9 @@ _LIMITS = (250, 1500, 12000)  # members, terms, bits: beyond them a basis is giv
 
 def lift(form: Form) -> fmpq_mpoly:
     """The form as a polynomial in x, y, z, w."""
-    return RATIONAL.from_dict({(*m, n, 0, 0): a for m, c in form.terms.items() for n, a in enumerate(c.coeffs()) if a != 0})
+    return RATIONAL.from_dict(
+        {(*m, n, 0, 0): a for m, c in form.terms.items() for n, a in enumerate(c.coeffs()) if a != 0}
+    )
 
 
 def field_equation(form: Form) -> fmpq_mpoly:
@@ -152,7 +164,7 @@ def coordinates(radical: Ideal, form: Sequence[int]) -> tuple[fmpq_poly, list[fm
 
 
 def radical_of(equations: Sequence[fmpq_mpoly]) -> Ideal | None:
-    """The radical of an ideal with finitely many points (Seidenberg): with the square-free polynomial of each variable."""
+    """The radical of an ideal with finitely many points (Seidenberg): with square-free polynomials in each variable."""
     ideal = Ideal.of(equations)
     if ideal is None or not ideal.is_finite:
         return None

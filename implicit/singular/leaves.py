@@ -1,5 +1,7 @@
 """What the real surface looks like along a singular curve: how many leaves end on it, and where that changes."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -104,7 +106,7 @@ def leaves_at(form: Form, point: Floats, direction: Floats, radius: float) -> in
     before = -1
     for _ in range(7):
         high, _ = form.in_box(point - radius, point + radius)
-        sign = np.signbit(np.polynomial.polynomial.polyval3d(*circle.T, high))
+        sign = np.signbit(np.polynomial.polynomial.polyval3d(circle[:, 0], circle[:, 1], circle[:, 2], high))
         count = int(np.count_nonzero(sign != np.roll(sign, 1)))
         if count == before:
             return count
@@ -119,7 +121,7 @@ def count_leaves(chain: Chain, form: Form, size: float) -> NDArray[np.int64]:
     cuts = sorted({0, *marks, len(line) - 1})
     out = np.zeros(len(line) - 1, np.int64)
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+    for low, high in pairwise(cuts):
         along = np.cumsum(steps[low:high])
         n = low + int(np.searchsorted(along, along[-1] / 2))
         middle, direction = (line[n] + line[n + 1]) / 2, line[n + 1] - line[n]

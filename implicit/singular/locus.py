@@ -1,76 +1,21 @@
 """Where a surface is singular: all real points with f = 0 and grad f = 0, and whether that is all."""
 
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from implicit.domain import Bounds, to_bounds
-from implicit.polynomial import Polynomial
-from implicit.singular.curves import Curves, find_curves
-from implicit.singular.degenerate import LonelyPoint, settle
+from implicit.domain import Bounds, Box, to_bounds
 from implicit.singular.form import Form
-from implicit.singular.points import search_nodes
+from implicit.singular.investigation import Investigation
+from implicit.singular.kinds import SingularLocus, SingularPoint
+from implicit.singular.numeric import search_numerically
 from implicit.singular.proof import integral
 from implicit.singular.region import Deadline
 from implicit.singular.rest import real_points
 from implicit.surface import Surface
 
-Floats = NDArray[np.float64]
-Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
-
-
-def _no_points() -> Floats:
-    return np.zeros((0, 3))
-
-
-@dataclass(frozen=True, eq=False)
-class SingularPoint:
-    """An isolated singular point.
-
-    `position` (3,) is correct to about 1e-14; `exact` holds sympy numbers where the coordinates are of low degree;
-    `type` is Arnold's name ("A1", "D4", "E8" ...) or None; `milnor` is the Milnor number or None.
-    """
-
-    position: Floats
-    exact: Triple | None = None
-    type: str | None = None
-    milnor: int | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class SingularCurve:
-    """A curve of singular points, as an ordered polyline (n, 3) whose vertices lie on it.
-
-    `expression` is an exact parametrization in t for lines and conics, else None. `special` (k, 3) are the pinch
-    points, triple points, cusps and crossings; each is a vertex of the polyline. `leaves`, one number per segment,
-    counts the leaves of the real surface that end on the curve there: 4 where two sheets cross, 2 on a cuspidal edge,
-    0 where the curve is solitary, that is, where the real surface is only the curve.
-    """
-
-    polyline: Floats
-    closed: bool = False
-    expression: Triple | None = None
-    special: Floats = field(default_factory=_no_points)
-    leaves: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-
-
-@dataclass(frozen=True, eq=False)
-class SingularLocus:
-    """All singular points and curves that were found, and what could not be decided.
-
-    `complete` is True only if it is proved that there are no others in the bounds; otherwise all others lie in the
-    boxes `undecided` (K, 2, 3), unless the formula is not polynomial. `repeated` are the factors of f that occur more
-    than once: there grad f = 0 on the whole surface, and the answer is about the surface counted once.
-    """
-
-    points: tuple[SingularPoint, ...]
-    curves: tuple[SingularCurve, ...]
-    undecided: Floats
-    complete: bool
-    repeated: tuple[sympy.Expr, ...] = ()
+MAX_DEGREE = 50  # in one variable: above it binomial coefficients are no longer exact in floats
 
 
 def singularities(
@@ -78,119 +23,76 @@ def singularities(
 ) -> SingularLocus:
     """All real points in the bounds where f = 0 and grad f = 0.
 
+    Polynomials with rational or algebraic coefficients are solved with proof: space is excluded by Bernstein
+    coefficients, simple critical points are isolated by Krawczyk's test, f = 0 is proved by exact coordinates or by a
+    lower bound of its nonzero values, degenerate points and curves by exact algebra. Other formulas get a numeric
+    search for isolated points, never complete.
+
+    Parameters
+    ----------
+    surface : Surface
+    bounds : Box, Ball or number, optional
+        Where to look. Without bounds all of space is searched, which needs finitely many singular points, and few
+        enough for exact elimination.
+    timeout : float, optional
+        Seconds after which the answer is given as far as it is known.
+
+    Raises
+    ------
+    ValueError
+        When f is zero everywhere, or of degree above 50 in a variable; without bounds, when there are singular curves
+        or the points could not be found by elimination.
+
+    Notes
+    -----
+    Krawczyk, Computing 4 (1969) 187-201, doi:10.1007/BF02234767; Arnold, Functional Analysis 6 (1972) 254-272,
+    doi:10.1007/BF01077644 for the types.
+
     Examples
     --------
     >>> from implicit import Surface
     >>> locus = singularities(Surface("x^2 + y^3 = y^2 - z^2"), 2)
     >>> [(point.exact, point.type) for point in locus.points], locus.complete
     ([((0, 0, 0), 'A1')], True)
+    >>> whitney = singularities(Surface("x^2 = y^2 z"), 2).curves[0]
+    >>> whitney.expression, whitney.special.tolist(), sorted(set(whitney.leaves.tolist()))
+    ((0, 0, t), [[0.0, 0.0, 0.0]], [0, 4])
     """
     deadline = Deadline(timeout)
-    polynomial = surface.polynomial if isinstance(surface, Surface) else surface
-    assert isinstance(polynomial, Polynomial)
-    form = integral(Form.of(polynomial))
-    assert bounds is not None
-    return _Investigation(form, to_bounds(bounds), deadline).locus()
+    polynomial = surface.polynomial
+    if polynomial is None:
+        return _numeric(surface, bounds)
+    if polynomial.is_zero:
+        raise ValueError("a formula that is not zero everywhere was wanted: here every point is singular")
+    repeated: tuple[sympy.Expr, ...] = ()
+    reduced = polynomial.square_free
+    if reduced.degree < polynomial.degree:
+        repeated = tuple(factor.to_sympy() for factor, power in polynomial.factors() if power > 1)
+    if max(reduced.degrees) > MAX_DEGREE:
+        raise ValueError(f"degree at most {MAX_DEGREE} in each variable was wanted, got degrees {reduced.degrees}")
+    form = integral(Form.of(reduced))
+    known = None if bounds is None else to_bounds(bounds)
+    found = Investigation(form, known, deadline).locus() if known else _everywhere(form, deadline)
+    return replace(found, repeated=repeated)
 
 
-class _Investigation:
-    """The steps of one search, in the order of their cost."""
-
-    def __init__(self, form: Form, bounds: Bounds, deadline: Deadline) -> None:
-        self.form, self.bounds, self.deadline = form, bounds, deadline
-        self.points: list[SingularPoint] = []
-        self.curves: list[SingularCurve] = []
-
-    def locus(self) -> SingularLocus:
-        search = search_nodes(self.form, self.bounds.box.corners, self.deadline)
-        for node in search.nodes:
-            self._add(node.point.position, node.exact, "A1", 1)
-        boxes = search.open_boxes()
-        if len(boxes) and not self.deadline.passed:
-            boxes = self._explain(boxes)
-        boxes.flags.writeable = False
-        complete = len(boxes) == 0
-        return SingularLocus(tuple(self.points), tuple(self.curves), boxes, complete)
-
-    def _explain(self, boxes: Floats) -> Floats:
-        """What the open boxes hold: curves, then degenerate points; returns the boxes that stay open."""
-        curves = find_curves(self.form, self.bounds, self.deadline)
-        if curves is None or not curves.shapes:
-            lonely, open_ = settle(self.form, boxes, self.deadline)
-            for point in lonely:
-                self._add_lonely(point)
-            boxes = boxes[open_]
-        if curves is None or not len(boxes) or self.deadline.passed:
-            return boxes
-        self._add_curves(curves)
-        others = real_points(self.form, curves.shapes)
-        if others is not None and self._all_found(others) and not self._stray(boxes).any():
-            return boxes[:0]
-        return boxes
-
-    def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
-        margin = 1e-12 * self.bounds.size
-        box = self.bounds.box.corners
-        near = np.clip(position, box[0], box[1])
-        if np.abs(near - position).max() > margin or not self.bounds.contains(position * (1 - 1e-12)):
-            return
-        position = np.where(np.abs(position) < 1e-30, 0.0, position)
-        position.flags.writeable = False
-        if not any(np.abs(p.position - position).max() < margin for p in self.points):
-            self.points.append(SingularPoint(position, exact, kind, milnor))
-
-    def _add_lonely(self, lonely: LonelyPoint) -> None:
-        germ = lonely.germ
-        position = np.array([float(c.mid()) for c in germ.point.value(128)])
-        self._add(position, germ.point.symbols, germ.type, germ.milnor)
-
-    def _add_curves(self, curves: Curves) -> None:
-        for c in curves.curves:
-            for array in (c.polyline, c.special, c.leaves):
-                array.flags.writeable = False
-            self.curves.append(SingularCurve(c.polyline, c.closed, c.expression, c.special, c.leaves))
-        for p in curves.solitary:
-            if not self._on_curves(p):
-                self._add(p, None, None, None)
-
-    def _on_curves(self, point: Floats) -> bool:
-        reach = 2e-6 * self.bounds.size
-        return any(_distance(point, c.polyline) < reach for c in self.curves)
-
-    def _all_found(self, others: Floats) -> bool:
-        """Whether the isolated points that algebra predicts are all there; those that are not are searched for."""
-        reach = 1e-6 * self.bounds.size
-        for p in others:
-            if not self.bounds.contains(p) or any(np.abs(q.position - p).max() < reach for q in self.points):
-                continue
-            lonely, _ = settle(self.form, np.array([[p - reach, p + reach]]), self.deadline)
-            if not lonely:
-                return False
-            for point in lonely:
-                self._add_lonely(point)
-        return True
-
-    def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
-        """Which boxes are far from everything that was found."""
-        middle, reach = boxes.mean(axis=1), 4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max())
-        stray = np.ones(len(boxes), bool)
-        for c in self.curves:
-            line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
-            stray &= cKDTree(_densified(line, reach / 2)).query(middle)[0] > reach
-        for p in self.points:
-            stray &= np.linalg.norm(middle - p.position, axis=1) > 100 * reach
-        return stray
+def _numeric(surface: Surface, bounds: Bounds | float | None) -> SingularLocus:
+    if bounds is None:
+        raise ValueError("singularities of a formula that is no polynomial needs bounds")
+    domain = to_bounds(bounds)
+    points = tuple(SingularPoint(p) for p in search_numerically(surface, domain))
+    return SingularLocus(points, (), domain.box.corners[None], False)
 
 
-def _distance(point: Floats, line: Floats) -> float:
-    """The distance of a point from a polyline."""
-    step = np.diff(line, axis=0)
-    share = np.clip(np.sum((point - line[:-1]) * step, axis=1) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0, 1)
-    return float(np.linalg.norm(point - line[:-1] - share[:, None] * step, axis=1).min())
-
-
-def _densified(line: Floats, step: float) -> Floats:
-    """Points along a polyline, none further than `step` from the next."""
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    at = np.union1d(length, np.arange(0, length[-1], step))
-    return np.stack([np.interp(at, length, line[:, a]) for a in range(3)], axis=1)
+def _everywhere(form: Form, deadline: Deadline) -> SingularLocus:
+    """All of affine space: the points by elimination, then a search around them for proofs and types."""
+    points = real_points(form)
+    if points is None:
+        raise ValueError(
+            "bounds were wanted: without them there must be finitely many singular points, and few enough to eliminate"
+        )
+    if not len(points):
+        return SingularLocus((), (), np.zeros((0, 2, 3)), True)
+    margin = 1 + 0.1 * np.ptp(points, axis=0)
+    box = Box(points.min(axis=0) - margin, points.max(axis=0) + margin)
+    return Investigation(form, box, deadline).locus()

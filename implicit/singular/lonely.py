@@ -7,7 +7,7 @@ from flint import arb, fmpq, fmpq_mat, fmpq_poly, nmod_mat
 from numpy.typing import NDArray
 
 from implicit.singular.exact import ExactPoint
-from implicit.singular.form import Field, Monomial, evaluate, precision
+from implicit.singular.form import Field, evaluate, precision
 from implicit.singular.frame import fitted
 from implicit.singular.germ import Germ, Taylor, derivative, monomials
 
@@ -74,7 +74,7 @@ def identities(germ: Germ, generators: Sequence[Taylor], order: int) -> list[Tay
         top = tuple(order if b == a else 0 for b in range(3))
         if top not in row_of:
             return None
-        targets[row_of[top] * n][a] = fmpq(1)  # type: ignore[index]
+        targets[row_of[top] * n][a] = fmpq(1)
     solution = fmpq_mat(system).solve(fmpq_mat(targets))
     rests = []
     for a in range(3):

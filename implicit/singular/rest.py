@@ -56,11 +56,8 @@ def _solve(form: Form, equations: list[fmpq_mpoly]) -> Floats | None:
         solved = coordinates(radical, linear)
         if solved is not None:
             minimal, (x, y, z, w) = solved
-            points = []
             with precision(_BITS):
                 root = form.field.root
-                for theta in real_roots(minimal):
-                    if form.field.degree == 1 or abs(evaluate(w, theta) - root).upper() < 1e-9:
-                        points.append([float(evaluate(c, theta).mid()) for c in (x, y, z)])
-            return np.array(points).reshape(-1, 3)
+                thetas = [t for t in real_roots(minimal) if abs(evaluate(w, t) - root).upper() < 1e-9]
+                return np.array([[float(evaluate(c, t).mid()) for c in (x, y, z)] for t in thetas]).reshape(-1, 3)
     return None

@@ -1,0 +1,126 @@
+"""The search of one region for everything singular, step by step in the order of cost."""
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from implicit.domain import Ball, Bounds
+from implicit.singular.curves import Curves, find_curves
+from implicit.singular.degenerate import LonelyPoint, settle
+from implicit.singular.form import Form
+from implicit.singular.kinds import SingularCurve, SingularLocus, SingularPoint
+from implicit.singular.points import search_nodes
+from implicit.singular.region import Deadline
+from implicit.singular.rest import real_points
+
+Floats = NDArray[np.float64]
+Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
+
+
+class Investigation:
+    """The steps of one search, in the order of their cost."""
+
+    def __init__(self, form: Form, bounds: Bounds, deadline: Deadline) -> None:
+        self.form, self.bounds, self.deadline = form, bounds, deadline
+        self.points: list[SingularPoint] = []
+        self.curves: list[SingularCurve] = []
+
+    def locus(self) -> SingularLocus:
+        """Everything that was found."""
+        search = search_nodes(self.form, self.bounds.box.corners, self.deadline)
+        for node in search.nodes:
+            self._add(node.point.position, node.exact, "A1", 1)
+        boxes = search.open_boxes()
+        if len(boxes) and not self.deadline.passed:
+            boxes = self._explain(boxes)
+        boxes.flags.writeable = False
+        complete = len(boxes) == 0
+        return SingularLocus(tuple(self.points), tuple(self.curves), boxes, complete)
+
+    def _explain(self, boxes: Floats) -> Floats:
+        """What the open boxes hold: curves, then degenerate points; returns the boxes that stay open."""
+        curves = find_curves(self.form, self.bounds, self.deadline)
+        if curves is None or not curves.shapes:
+            lonely, open_ = settle(self.form, boxes, self.deadline)
+            for point in lonely:
+                self._add_lonely(point)
+            boxes = boxes[open_]
+        if curves is None or not len(boxes) or self.deadline.passed:
+            return boxes
+        self._add_curves(curves)
+        others = real_points(self.form, curves.shapes)
+        if others is not None and self._all_found(others) and not self._stray(boxes).any():
+            return boxes[:0]
+        return boxes
+
+    def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
+        margin = 1e-12 * self.bounds.size
+        if not _within(position, self.bounds, margin):
+            return
+        position = np.where(np.abs(position) < 1e-30, 0.0, position)
+        position.flags.writeable = False
+        if not any(np.abs(p.position - position).max() < margin for p in self.points):
+            self.points.append(SingularPoint(position, exact, kind, milnor))
+
+    def _add_lonely(self, lonely: LonelyPoint) -> None:
+        germ = lonely.germ
+        position = np.array([float(c.mid()) for c in germ.point.value(128)])
+        self._add(position, germ.point.symbols, germ.type, germ.milnor)
+
+    def _add_curves(self, curves: Curves) -> None:
+        for c in curves.curves:
+            for array in (c.polyline, c.special, c.leaves):
+                array.flags.writeable = False
+            self.curves.append(SingularCurve(c.polyline, c.closed, c.expression, c.special, c.leaves))
+        for p in curves.solitary:
+            if not self._on_curves(p):
+                self._add(p, None, None, None)
+
+    def _on_curves(self, point: Floats) -> bool:
+        reach = 2e-6 * self.bounds.size
+        return any(_distance(point, c.polyline) < reach for c in self.curves)
+
+    def _all_found(self, others: Floats) -> bool:
+        """Whether the isolated points that algebra predicts are all there; those that are not are searched for."""
+        reach = 1e-6 * self.bounds.size
+        for p in others:
+            if not _within(p, self.bounds, 0.0) or any(np.abs(q.position - p).max() < reach for q in self.points):
+                continue
+            lonely, _ = settle(self.form, np.array([[p - reach, p + reach]]), self.deadline)
+            if not lonely:
+                return False
+            for point in lonely:
+                self._add_lonely(point)
+        return True
+
+    def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
+        """Which boxes are far from everything that was found."""
+        middle, reach = boxes.mean(axis=1), 4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max())
+        stray = np.ones(len(boxes), bool)
+        for c in self.curves:
+            line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
+            stray &= cKDTree(_densified(line, reach / 2)).query(middle)[0] > reach
+        for p in self.points:
+            stray &= np.linalg.norm(middle - p.position, axis=1) > 100 * reach
+        return stray
+
+
+def _within(point: Floats, bounds: Bounds, margin: float) -> bool:
+    if isinstance(bounds, Ball):
+        return bool(np.linalg.norm(point - bounds.center) <= bounds.radius + margin)
+    return bool(np.all((point >= bounds.corners[0] - margin) & (point <= bounds.corners[1] + margin)))
+
+
+def _distance(point: Floats, line: Floats) -> float:
+    """The distance of a point from a polyline."""
+    step = np.diff(line, axis=0)
+    share = np.clip(np.sum((point - line[:-1]) * step, axis=1) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0, 1)
+    return float(np.linalg.norm(point - line[:-1] - share[:, None] * step, axis=1).min())
+
+
+def _densified(line: Floats, step: float) -> Floats:
+    """Points along a polyline, none further than `step` from the next."""
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = np.union1d(length, np.arange(0, length[-1], step))
+    return np.stack([np.interp(at, length, line[:, a]) for a in range(3)], axis=1)
