@@ -17,17 +17,19 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
 
 if TYPE_CHECKING:
     from parametric.analysis import area, fundamental_forms
-    from parametric.bspline import BezierCurve, BSplineCurve, HermiteCurve, ParabolicBlend, line, polyline
+    from parametric.bspline import BezierCurve, BSplineCurve, line, polyline
     from parametric.caps import cap
     from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
     from parametric.continuity import ContinuityReport, continuity, make_c0, make_c1, make_g1
     from parametric.coons import coons, coons_triangle, gordon, loft, ruled
+    from parametric.cubic import HermiteCurve, ParabolicBlend
     from parametric.curve import FunctionCurve, ParametricCurve
     from parametric.edges import Edge
     from parametric.fit import approximate, fit_scattered, interpolate, interpolate_curve
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
     from parametric.frames import minimal_frames
     from parametric.graph import graph, polynomial_coefficients
+    from parametric.grids import grid_mesh, iso_curves
     from parametric.hermite import HermitePatch
     from parametric.knots import KnotVector
     from parametric.place import rotation, scaling, translation
@@ -44,9 +46,7 @@ _HOMES = {
     "fundamental_forms": "analysis",
     "BezierCurve": "bspline",
     "BSplineCurve": "bspline",
-    "HermiteCurve": "bspline",
     "line": "bspline",
-    "ParabolicBlend": "bspline",
     "polyline": "bspline",
     "cap": "caps",
     "circle": "conic",
@@ -65,6 +65,8 @@ _HOMES = {
     "gordon": "coons",
     "loft": "coons",
     "ruled": "coons",
+    "HermiteCurve": "cubic",
+    "ParabolicBlend": "cubic",
     "FunctionCurve": "curve",
     "ParametricCurve": "curve",
     "Edge": "edges",
@@ -80,6 +82,8 @@ _HOMES = {
     "minimal_frames": "frames",
     "graph": "graph",
     "polynomial_coefficients": "graph",
+    "grid_mesh": "grids",
+    "iso_curves": "grids",
     "HermitePatch": "hermite",
     "KnotVector": "knots",
     "rotation": "place",

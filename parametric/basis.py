@@ -2,7 +2,7 @@
 
 Everything is evaluated by Bernstein polynomials, which are stable for every degree. A basis function restricted to a
 knot span has the Bernstein coefficients of `KnotVector.table`, one table for each order of derivative: that serves
-curves and grids. Scattered points of a surface are taken from its Bezier patches.
+grids. Scattered points of a surface are taken from its Bezier patches, those of a curve from patches of one column.
 """
 
 import numba
@@ -62,32 +62,40 @@ def combine_grid(
 
     The net has four coordinates, the last of them idle where d is 3, so that one vector register takes them all.
     """
-    columns = net.shape[1]
-    out = np.empty((first_u.size, first_v.size, d))
-    row = np.empty(4 * columns)
-    for a in range(first_u.size):
+    count = first_u.size
+    out = np.empty((count, first_v.size, d))
+    row, below = np.empty(4 * net.shape[1]), np.empty(4 * net.shape[1])
+    for a in range(0, count, 2):  # two lines at a time share their weights; an odd last one is computed twice
+        other = min(a + 1, count - 1)
         for k in range(row.size):
-            row[k] = 0.0
+            row[k] = below[k] = 0.0
         for i in range(weights_u.shape[1]):
             weight, source = weights_u[a, i], net[first_u[a] + i].reshape(-1)
             for k in range(row.size):
                 row[k] += weight * source[k]
-        line = out[a]
+            weight, source = weights_u[other, i], net[first_u[other] + i].reshape(-1)
+            for k in range(row.size):
+                below[k] += weight * source[k]
+        line, next_line = out[a], out[other]
         for b in range(first_v.size):
             k = 4 * first_v[b]
-            x, y, z, w = 0.0, 0.0, 0.0, 0.0
+            x0, y0, z0, w0 = 0.0, 0.0, 0.0, 0.0
+            x1, y1, z1, w1 = 0.0, 0.0, 0.0, 0.0
             for j in range(weights_v.shape[1]):
                 weight = weights_v[b, j]
-                x += weight * row[k]
-                y += weight * row[k + 1]
-                z += weight * row[k + 2]
-                w += weight * row[k + 3]
+                x0 += weight * row[k]
+                y0 += weight * row[k + 1]
+                z0 += weight * row[k + 2]
+                w0 += weight * row[k + 3]
+                x1 += weight * below[k]
+                y1 += weight * below[k + 1]
+                z1 += weight * below[k + 2]
+                w1 += weight * below[k + 3]
                 k += 4
-            line[b, 0] = x
-            line[b, 1] = y
-            line[b, 2] = z
+            line[b, 0], line[b, 1], line[b, 2] = x0, y0, z0
+            next_line[b, 0], next_line[b, 1], next_line[b, 2] = x1, y1, z1
             if d == 4:
-                line[b, 3] = w
+                line[b, 3], next_line[b, 3] = w0, w1
     return out
 
 

@@ -6,13 +6,16 @@ from math import comb
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from parametric import refine
+from parametric.basis import combine_points
 from parametric.curve import ParametricCurve
 from parametric.knots import Knots, KnotVector, to_knots
 from parametric.parameters import Array, Interval, to_interval, to_points, to_vector, to_weights
 from parametric.place import check_affine, move
+
+UNIT = np.array([0.0, 1.0])
 
 
 class BSplineCurve(ParametricCurve):
@@ -76,13 +79,27 @@ class BSplineCurve(ParametricCurve):
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3). Order 0 is the point itself."""
         t = self.parameters(t)
-        net = self.knots.unwrap(self._net)
-        sums = []
-        for k in range(order + 1) if self.weights is not None else (order,):
-            first, weights = self.knots.weights(t.ravel(), k)
-            sums.append(np.einsum("ni,nic->nc", weights, net[first[:, None] + np.arange(self.degree + 1)]))
+        orders = range(order + 1) if self.weights is not None else (order,)
+        sums = [self._combine(t.ravel(), k) for k in orders]
         values = sums[0] if self.weights is None else _divide(sums)
         return values.reshape(*t.shape, 3)
+
+    def _combine(self, t: Array, order: int) -> Array:
+        """The derivative of the sum of weighted points at t (n,), before any division: (n, 3 or 4)."""
+        if order not in self._nets:
+            patches = refine.derive_patches(self._pieces, self.knots, order, 0, 1)
+            self._nets[order] = patches[:, None, :, None]
+        return combine_points(t, np.zeros(t.size), self.knots.breaks, UNIT, self._nets[order], 0)[0]
+
+    @cached_property
+    def _nets(self) -> dict[int, Array]:
+        return {}
+
+    @cached_property
+    def _pieces(self) -> Array:
+        """Bezier points of all spans, (spans, p+1, 3 or 4)."""
+        windows = self.knots.first[:, None] + np.arange(self.degree + 1)
+        return np.einsum("sai,sic->sac", self.knots.extraction, self.knots.unwrap(self._net)[windows])
 
     def _with(self, knots: KnotVector, matrix: Array) -> "BSplineCurve":
         """The curve over other knots, with control points `matrix` times the old."""
@@ -127,12 +144,7 @@ class BSplineCurve(ParametricCurve):
 
     def bezier_pieces(self) -> "tuple[BezierCurve, ...]":
         """One Bezier curve on [0, 1] for each span of the domain."""
-        nets = np.einsum("sai,sic->sac", self.knots.extraction, self.knots.unwrap(self._net)[self._windows])
-        return tuple(BezierCurve(*drop(net, self.weights is not None)) for net in nets)
-
-    @property
-    def _windows(self) -> NDArray[np.int64]:
-        return self.knots.first[:, None] + np.arange(self.degree + 1)
+        return tuple(BezierCurve(*drop(net, self.weights is not None)) for net in self._pieces)
 
     def derivative_curve(self) -> "BSplineCurve":
         """The derivative as a B-spline curve of one degree less, for clamped, closed and open knots alike.
@@ -227,44 +239,6 @@ class BezierCurve(BSplineCurve):
             raise ValueError("a rational curve is no polynomial")
         n = self.degree
         return np.array([comb(n, k) * np.diff(self.points, n=k, axis=0)[0] for k in range(n + 1)])
-
-
-class HermiteCurve(BezierCurve):
-    """The cubic on [0, 1] from p0 to p1 with derivatives d0 and d1 there.
-
-    Examples
-    --------
-    >>> HermiteCurve((0, 3, 0), (3, 0, 0), (3, 0, 0), (3, 0, 0))(0.5)
-    array([1.5, 1.5, 0. ])
-    """
-
-    def __init__(self, p0: ArrayLike, p1: ArrayLike, d0: ArrayLike, d1: ArrayLike) -> None:
-        a, b, c, d = (to_vector(value, name) for value, name in ((p0, "p0"), (p1, "p1"), (d0, "d0"), (d1, "d1")))
-        super().__init__([a, a + c / 3, b - d / 3, b])
-
-
-class ParabolicBlend(BSplineCurve):
-    """Parabolically blended curve through points P_1 ... P_n, from P_2 to P_(n-1) (Overhauser 1968).
-
-    Between neighbours it blends the parabolas through three points on either side; the domain is [0, n-3], one unit
-    for each pair of neighbours, and the tangent at P_k is (P_(k+1) - P_(k-1)) / 2.
-
-    Examples
-    --------
-    >>> ParabolicBlend([(0, 1, 0), (2, 3, 0), (4, 1, 0), (5, 2, 0)])(0.5)
-    array([3.0625, 2.0625, 0.    ])
-    """
-
-    def __init__(self, points: ArrayLike) -> None:
-        p = to_points(points, "points", 1)
-        if len(p) < 4:
-            raise ValueError(f"a parabolic blend needs at least four points, got {len(p)}")
-        tangents = (p[2:] - p[:-2]) / 2
-        start, end = p[1:-2], p[2:-1]
-        pieces = np.stack([start, start + tangents[:-1] / 3, end - tangents[1:] / 3], axis=1)
-        net = np.concatenate([pieces.reshape(-1, 3), p[-2:-1]])
-        joints = np.repeat(np.arange(len(p) - 2.0), 3)
-        super().__init__(net, 3, np.concatenate([joints[:1], joints, joints[-1:]]))
 
 
 def line(a: ArrayLike, b: ArrayLike) -> BezierCurve:

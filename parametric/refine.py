@@ -82,6 +82,15 @@ def derive(old: KnotVector) -> tuple[KnotVector, Array]:
     return new, matrix
 
 
+def derive_patches(nets: Array, knots: KnotVector, order: int, axis: int, along: int) -> Array:
+    """Bezier nets of a derivative: spans of `knots` on `axis`, control points of each on the axis `along`."""
+    width = np.diff(knots.breaks).reshape([-1 if k == axis else 1 for k in range(nets.ndim)])
+    for _ in range(order):
+        degree = nets.shape[along] - 1
+        nets = degree * np.diff(nets, axis=along) / width if degree else np.zeros_like(nets)
+    return np.ascontiguousarray(nets)
+
+
 def _inner(knots: KnotVector) -> Array:
     """The knots that belong to the spline: all of them, or those of one period without its end."""
     if not knots.closed:

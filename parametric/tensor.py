@@ -122,14 +122,8 @@ class BSplineSurface(ParametricSurface):
     def _derived_nets(self, i: int, j: int) -> Array:
         """Bezier nets of the derivative (i, j) on all spans; kept."""
         if (i, j) not in self._nets:
-            nets = self._bezier_nets
-            for axis, order in ((2, i), (3, j)):
-                width = np.diff(self.knots[axis - 2].breaks)
-                for _ in range(order):
-                    degree = nets.shape[axis] - 1
-                    steps = np.diff(nets, axis=axis) if degree else np.zeros_like(nets)
-                    nets = degree * steps / width.reshape(-1, *[1] * (4 if axis == 2 else 3))
-            self._nets[i, j] = np.ascontiguousarray(nets)
+            along_u = refine.derive_patches(self._bezier_nets, self.knots[0], i, 0, 2)
+            self._nets[i, j] = refine.derive_patches(along_u, self.knots[1], j, 1, 3)
         return self._nets[i, j]
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
