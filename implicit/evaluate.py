@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.kernels.adjoint import differentiate
-from implicit.kernels.horner import evaluate_terms
+from implicit.kernels.horner import LANES, evaluate_terms
 from implicit.kernels.values import SIDE, WIDTH, evaluate
 from implicit.second import hessians_of
 from implicit.tape import Tape
@@ -56,17 +56,22 @@ class PolynomialField:
             np.ascontiguousarray(self.coefficients[order]),
         )
 
+    def _evaluate(self, points: Floats, gradients: Floats) -> Floats:
+        values = np.empty(len(points))
+        size = (3, int(self.exponents.max(initial=0)) + 1, LANES)
+        evaluate_terms(
+            *self._rows, _plain(points), values, gradients, np.ones(size), np.zeros(size), np.empty((6, LANES))
+        )
+        return values
+
     def values(self, points: Floats) -> Floats:
         """The values (n,)."""
-        result = np.empty(len(points))
-        evaluate_terms(*self._rows, _plain(points), result, np.empty((0, 3)))
-        return result
+        return self._evaluate(points, np.empty((0, 0)))
 
     def gradients(self, points: Floats) -> tuple[Floats, Floats]:
         """The values (n,) and gradients (n, 3)."""
-        values, gradients = np.empty(len(points)), np.empty((len(points), 3))
-        evaluate_terms(*self._rows, _plain(points), values, gradients)
-        return values, gradients
+        gradients = np.empty((len(points), 3))
+        return self._evaluate(points, gradients), gradients
 
     def derivative(self, axis: int) -> PolynomialField:
         """The partial derivative."""
