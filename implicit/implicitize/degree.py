@@ -72,7 +72,8 @@ class _Sections:
 
     def _values(self, polynomials: list[Any]) -> list[int]:
         s, t = (self.ring.constant(c) for c in self.point)
-        return [int(q.compose(s, t).coeffs()[0]) if not q.compose(s, t).is_zero() else 0 for q in polynomials]
+        coefficients = [q.compose(s, t).coeffs() for q in polynomials]
+        return [int(c[0]) if c else 0 for c in coefficients]
 
     def check_rank(self) -> None:
         """The tangent space at a random point must be a plane."""

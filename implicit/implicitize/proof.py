@@ -91,6 +91,8 @@ def homogeneous_values(terms: dict[Monomial, int], degree: int, points: Residues
 def prove_irreducible(coordinates: Coordinates, answer: Implicit, clock: Clock, attempts: int = 400) -> bool:
     """Whether a line was found on which f is irreducible modulo a prime; False proves nothing."""
     d = answer.degree
+    if d <= 2:
+        return d == 1 or _rank_of_quadric(coordinates, answer) >= 3
     random = np.random.default_rng(3)
     for p, roots in islice(split_primes(coordinates.field.modulus, TO_PROVE), max(1, attempts // _LINES)):
         clock.check("the proof of irreducibility")
@@ -107,3 +109,15 @@ def prove_irreducible(coordinates: Coordinates, answer: Implicit, clock: Clock, 
             if polynomial.degree() == d and len(factors := polynomial.factor()[1]) == 1 and factors[0][1] == 1:
                 return True
     return False
+
+
+def _rank_of_quadric(coordinates: Coordinates, answer: Implicit) -> int:
+    """A lower bound for the rank of the homogeneous form: quadrics of rank 3 or 4 have no factors."""
+    p, roots = next(split_primes(coordinates.field.modulus, TO_PROVE))
+    form = [[0] * 4 for _ in range(4)]
+    for (i, j, k), element in answer.terms.items():
+        value = reduce_element(element, p, roots[0])
+        first, second = [axis for axis, e in enumerate((i, j, k, 2 - i - j - k)) for _ in range(e)]
+        form[first][second] += value
+        form[second][first] += value
+    return int(nmod_mat(4, 4, [c % p for row in form for c in row], p).rank())
