@@ -18,7 +18,7 @@ STEEL = Look(outside=(0.50, 0.60, 0.72), inside=(0.94, 0.64, 0.42))
 CONFETTI = Look(triangles="random")
 
 CHAPTER = "Surface modelling, section on singularities"
-ELEMENTARY = "elementary"
+ELEMENTARY = "Elementary"
 
 FORMULAS = (
     Entry(
@@ -34,7 +34,7 @@ FORMULAS = (
         "chapter_a5",
         "Cubic with an A5 point",
         "-x^3 + 2x z - y^2 z = 0",
-        f"{CHAPTER}, second figure; printed with y z^2, but with the gradient of y^2 z",
+        f"{CHAPTER}, second figure; printed with y z², but with the gradient of y² z",
         Facts(degree=3, singular_points=1, types="A5", singular_curves=0, closed=False, euler=1),
         Ball(1.5),
         look=replace(TEAL, view=(-1.0, -1.7, 1.0)),
@@ -81,7 +81,7 @@ FORMULAS = (
         "torus",
         "Torus",
         "(x^2 + y^2 + z^2 + 3)^2 = 16(x^2 + y^2)",
-        "elementary: circles of radius 1 round a circle of radius 2",
+        "Elementary: circles of radius 1 round a circle of radius 2",
         Facts(degree=4, singular_points=0, singular_curves=0, closed=True, euler=0, volume=4 * pi**2),
         3.2,
         look=GOLD,
@@ -90,7 +90,7 @@ FORMULAS = (
         "gyroid",
         "Gyroid",
         "sin(x) cos(y) + sin(y) cos(z) + sin(z) cos(x) = 0",
-        "level-set approximation of Schoen's minimal surface, NASA TN D-5541, 1970",
+        "Level-set approximation of Schoen's minimal surface, NASA TN D-5541, 1970",
         Facts(closed=False),
         Ball(5.5),
         look=OCEAN,
@@ -172,7 +172,7 @@ FORMULAS = (
         "chmutov_quartic",
         "Banchoff-Chmutov quartic",
         "2(x^2 (x^2 - 1) + y^2 (y^2 - 1) + z^2 (z^2 - 1)) + 1 = 0",
-        "sums of Chebyshev polynomials, Chmutov, J. Algebraic Geom. 1, 1992; 12 nodes, on the edges of a cube",
+        "Sums of Chebyshev polynomials, Chmutov, J. Algebraic Geom. 1, 1992; 12 nodes, on the edges of a cube",
         Facts(degree=4, singular_points=12, types="12 A1", singular_curves=0, closed=True),
         1.3,
         look=STEEL,
@@ -199,7 +199,7 @@ FORMULAS = (
         "double_torus",
         "Double torus",
         "(x^2 (1 - x^2) - y^2)^2 + z^2 = 1/100",
-        "a lemniscate thickened; two handles",
+        "A lemniscate thickened; two handles",
         Facts(degree=8, singular_points=0, singular_curves=0, closed=True, euler=-2),
         Box((-1.3, -0.9, -0.3), (1.3, 0.9, 0.3)),
         look=PLUM,
@@ -218,7 +218,7 @@ FORMULAS = (
         "A constructed solid",
         "max(abs(x) - 1, abs(y) - 1, abs(z) - 1, x^2 + y^2 + z^2 - 7/4,"
         " 1/3 - x^2 - y^2, 1/3 - y^2 - z^2, 1/3 - z^2 - x^2) = 0",
-        "constructive solid geometry: a cube and a ball in common, less three cylinders; five handles",
+        "Constructive solid geometry: a cube and a ball in common, less three cylinders; five handles",
         Facts(closed=True, euler=-8),
         1.1,
         look=STEEL,

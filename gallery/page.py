@@ -27,7 +27,7 @@ article img { display: block; width: 100%; height: auto; background: #fff; }
 .text { padding: 0.9rem 1.1rem 1rem; display: flex; flex-direction: column; gap: 0.55rem; flex: 1; }
 h2 { margin: 0; font: 600 1.15rem/1.3 Georgia, serif; }
 .formula { font-family: Georgia, "Times New Roman", serif; overflow-wrap: anywhere; }
-.formula sup { line-height: 0; font-size: 0.72em; }
+sup, sub { line-height: 0; font-size: 0.72em; }
 dl { margin: 0; display: grid; grid-template-columns: auto 1fr; gap: 0.1rem 0.8rem; font-size: 0.88rem; }
 dt { color: var(--soft); }
 dd { margin: 0; font-variant-numeric: tabular-nums; }
@@ -59,7 +59,7 @@ curves are red.</p></header>
 {body}
 </main>
 <footer>{total:,} triangles, quality {job.quality}. The distance is the largest found between triangles and surface,
-as a share of the surface’s diagonal.</footer>
+as a share of the surface’s diagonal; χ is the Euler characteristic of the triangles.</footer>
 </html>
 """
     (job.folder / "index.html").write_text(page, encoding="utf-8")
@@ -100,7 +100,8 @@ def _rows(card: Card) -> list[tuple[str, str]]:
     if card.singular_curves:
         rows.append(("singular curves", str(card.singular_curves)))
     ends = "closed" if card.closed else "with a rim"
-    rows.append(("triangles", f"{card.triangles:,}, {ends}, χ = {str(card.euler).replace('-', '−')}"))
+    euler = f", χ = {str(card.euler).replace('-', '−')}" if card.conforming else ""
+    rows.append(("triangles", f"{card.triangles:,}, {ends}{euler}"))
     rows.append(("distance", _power(card.distance / card.diagonal)))
     rows.append(("seconds", f"{card.seconds:.1f}"))
     return rows

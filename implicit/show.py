@@ -158,7 +158,7 @@ def _draw_vtk(pieces: list[Piece], eye: Eye, look: Look, size: tuple[int, int]) 
         plotter = pyvista.Plotter(off_screen=True, window_size=large, lighting="none")
     _fill(plotter, pieces, eye, look)
     reach = float(np.linalg.norm(np.ptp(corners(pieces), axis=0)))
-    plotter.enable_ssao(radius=0.12 * reach, bias=0.004 * reach, kernel_size=64, blur=True)
+    plotter.enable_ssao(radius=0.12 * reach, bias=0.004 * reach, kernel_size=32, blur=True)
     image = plotter.screenshot(return_img=True, transparent_background=look.background is None)
     plotter.close()
     return np.rint(average(np.asarray(image, dtype=float))).astype(np.uint8)
@@ -223,5 +223,5 @@ def _png(image: Image) -> bytes:
     from PIL import Image as Pillow
 
     stream = BytesIO()
-    Pillow.fromarray(image).save(stream, "png", optimize=False)
+    Pillow.fromarray(image).save(stream, "png", compress_level=4)
     return stream.getvalue()
