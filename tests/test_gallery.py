@@ -201,3 +201,19 @@ def test_text_from_surfaces_cannot_break_the_page(tmp_path: Path) -> None:
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "<script" not in page
     assert "&lt;script&gt;" in page
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(cards.__file__).parent / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem
+)
+def test_notebooks_run(path: Path) -> None:
+    """Every notebook runs from the top, shows at least one picture, and is kept without its output."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = nbformat.read(path, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells)
+    NotebookClient(notebook, timeout=200, kernel_name="python3").execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert any("image/png" in output.get("data", {}) for output in outputs)
+    assert not [output for output in outputs if output.get("name") == "stderr"]
