@@ -16,12 +16,12 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
-    from parametric.analysis import area, fundamental_forms
+    from parametric.analysis import area, curve_on, fundamental_forms, is_singular
     from parametric.bspline import BezierCurve, BSplineCurve, line, polyline
     from parametric.caps import cap
     from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
     from parametric.continuity import ContinuityReport, continuity, make_c0, make_c1, make_g1
-    from parametric.coons import coons, coons_triangle, gordon, loft, ruled
+    from parametric.coons import coons, coons_triangle, gordon, loft, plane, ruled
     from parametric.cubic import HermiteCurve, ParabolicBlend
     from parametric.curve import FunctionCurve, ParametricCurve
     from parametric.edges import Edge
@@ -43,7 +43,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "area": "analysis",
+    "curve_on": "analysis",
     "fundamental_forms": "analysis",
+    "is_singular": "analysis",
     "BezierCurve": "bspline",
     "BSplineCurve": "bspline",
     "line": "bspline",
@@ -64,6 +66,7 @@ _HOMES = {
     "coons_triangle": "coons",
     "gordon": "coons",
     "loft": "coons",
+    "plane": "coons",
     "ruled": "coons",
     "HermiteCurve": "cubic",
     "ParabolicBlend": "cubic",

@@ -58,7 +58,7 @@ class Side:
 
     def points(self, t: Array) -> Array:
         """Points (n, 3) at t (n,)."""
-        return self.surface(*self.parameters(t))
+        return self.surface(*self.parameters(t)) if t.size else np.zeros((0, 3))
 
     @cached_property
     def samples(self) -> Array:

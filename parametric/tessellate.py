@@ -70,7 +70,7 @@ def tessellate(surface: ParametricSurface | Shell, *, tolerance: float, certifie
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise ValueError(f"tolerance must be a positive length, got {tolerance!r}")
     shell = surface if isinstance(surface, Shell) else Shell([surface])
-    cells = Cells(shell, [first_splits(s) for s in shell.surfaces])
+    cells = Cells(shell, [first_splits(s, tolerance) for s in shell.surfaces])
     cells.build()
     net = Triangulation(cells, evaluator(shell))
     refine(net, tolerance, certified)
