@@ -17,6 +17,8 @@ from implicit.singular.rest import real_points
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
+_NEAR = 0.02  # of the size of the bounds: boxes stay open that near to cuspidal edges
+
 
 class Investigation:
     """The steps of one search, in the order of their cost."""
@@ -95,14 +97,14 @@ class Investigation:
         return True
 
     def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
-        """Which boxes are far from everything that was found."""
-        middle, reach = boxes.mean(axis=1), 4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max())
+        """Which boxes are far from everything that was found: there should be none, as algebra predicts."""
+        middle, reach = boxes.mean(axis=1), max(4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max()), _NEAR * self.bounds.size)
         stray = np.ones(len(boxes), bool)
         for c in self.curves:
             line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
             stray &= cKDTree(_densified(line, reach / 2)).query(middle)[0] > reach
         for p in self.points:
-            stray &= np.linalg.norm(middle - p.position, axis=1) > 100 * reach
+            stray &= np.linalg.norm(middle - p.position, axis=1) > 2 * reach
         return stray
 
 

@@ -18,7 +18,7 @@ Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 _FRUITLESS = 3  # failures to find exact coordinates before all are taken to be of high degree
 _MANY = 2000  # boxes: more are left only near curves
-_DEPTHS = (27, 36, 45)  # levels of subdivision: 9, 12 and 15 halvings in each variable
+_DEPTHS = (27, 36, 45, 54, 63)  # levels of subdivision, three for each halving of all variables
 
 
 @dataclass(frozen=True)

@@ -113,8 +113,10 @@ def _largest(values: Sequence[arb]) -> arb:
 
 
 def _step(jet: Jet, p: Point, bits: int) -> arb_mat:
+    """Newton's step; half of the bits are enough for the Hessian, as the gradient is small by the other half."""
+    hessian, gradient = jet.hessian(p, bits // 2 + 64), jet.gradient(p, bits)
     with precision(bits):
-        return _middle(jet.hessian(p, bits)).solve(_middle(jet.gradient(p, bits)))
+        return _middle(hessian).solve(_middle(gradient))
 
 
 def newton_step(jet: Jet, p: Point, bits: int) -> Point:
