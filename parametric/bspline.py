@@ -45,12 +45,8 @@ class BSplineCurve(ParametricCurve):
         self, points: ArrayLike, degree: int, knots: Knots = "clamped", weights: ArrayLike | None = None
     ) -> None:
         net = to_points(points, "control points", 1)
-        values = (net, to_weights(weights, net.shape[:1]), to_knots(knots, degree, len(net)))
-        for name, value in zip(("points", "weights", "knots"), values):
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a {type(self).__name__} cannot be changed")
+        self.points, self.weights = net, to_weights(weights, net.shape[:1])
+        self.knots = to_knots(knots, degree, len(net))
 
     def __repr__(self) -> str:
         rational = "" if self.weights is None else "rational, "
@@ -178,9 +174,8 @@ class BSplineCurve(ParametricCurve):
     def transform(self, matrix: ArrayLike) -> Self:
         """The curve moved by an affine map (4, 4) that acts on column vectors: its control points moved."""
         result = object.__new__(type(self))
-        moved = to_points(move(self.points, check_affine(matrix)), "points", 1)
-        for name, value in (("points", moved), ("weights", self.weights), ("knots", self.knots)):
-            object.__setattr__(result, name, value)
+        result.points = to_points(move(self.points, check_affine(matrix)), "points", 1)
+        result.weights, result.knots = self.weights, self.knots
         return result
 
     def to_nurbs(self) -> "BSplineCurve":

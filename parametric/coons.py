@@ -15,8 +15,23 @@ from parametric.blend import (
     linear_blend,
 )
 from parametric.curve import CurveLike, ParametricCurve, share_domain, to_curve
-from parametric.parameters import Array
+from parametric.parameters import Array, to_vector
 from parametric.ribbons import COLUMNS, ROWS, CoonsPatch, ribboned
+from parametric.tensor import BezierSurface
+
+
+def plane(point: ArrayLike, a: ArrayLike, b: ArrayLike) -> BezierSurface:
+    """Plane parallelogram p(u, v) = point + u a + v b on [0, 1] x [0, 1], with normal a x b.
+
+    Examples
+    --------
+    >>> plane((0, 0, 1), (2, 0, 0), (0, 3, 0))(0.5, 0.5)
+    array([1. , 1.5, 1. ])
+    """
+    origin, along_u, along_v = (to_vector(x, name) for x, name in ((point, "point"), (a, "a"), (b, "b")))
+    if not np.cross(along_u, along_v).any():
+        raise ValueError(f"a plane needs two directions, but {along_u.tolist()} and {along_v.tolist()} are parallel")
+    return BezierSurface([[origin, origin + along_v], [origin + along_u, origin + along_u + along_v]])
 
 
 def ruled(a: CurveLike, b: CurveLike) -> BlendedSurface:

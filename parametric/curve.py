@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.differences import differentiate
-from parametric.parameters import Array, Interval, to_interval, to_parameters
+from parametric.parameters import Array, Interval, Value, to_interval, to_parameters
 
 if TYPE_CHECKING:
     from parametric.bspline import BSplineCurve
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 CurveLike: TypeAlias = "ParametricCurve | Callable[..., Any] | ArrayLike"
 
 
-class ParametricCurve(ABC):
+class ParametricCurve(Value, ABC):
     """A map c(t) from an interval to space; immutable. A subclass gives `domain` and `derivative`."""
 
     @property

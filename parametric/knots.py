@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from parametric.basis import weigh
-from parametric.parameters import Array, Interval
+from parametric.parameters import Array, Interval, Value
 
 Knots: TypeAlias = "str | ArrayLike | KnotVector"
 KINDS = ("clamped", "closed", "open")
 
 
-class KnotVector:
+class KnotVector(Value):
     """Knots u_0 <= ... <= u_h of B-splines of one degree p; immutable.
 
     The basis functions N_i are defined for i = 0 ... h - p - 1 and sum to one on the domain [u_p, u_(h-p)].
@@ -38,11 +38,7 @@ class KnotVector:
         if closed:
             _check_period(knots, degree)
         knots.flags.writeable = False
-        for name, value in (("values", knots), ("degree", int(degree)), ("closed", bool(closed))):
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError("a KnotVector cannot be changed")
+        self.values, self.degree, self.closed = knots, int(degree), bool(closed)
 
     def __repr__(self) -> str:
         return f"KnotVector({self.values.tolist()}, degree={self.degree}, closed={self.closed})"

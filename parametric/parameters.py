@@ -9,6 +9,15 @@ Array: TypeAlias = NDArray[np.float64]
 Interval: TypeAlias = tuple[float, float]
 
 
+class Value:
+    """An object whose attributes are set once and then stay."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in self.__dict__:
+            raise AttributeError(f"a {type(self).__name__} cannot be changed")
+        object.__setattr__(self, name, value)
+
+
 def to_interval(domain: ArrayLike, name: str = "domain") -> Interval:
     """`domain` as two finite increasing floats."""
     ends = np.asarray(domain, dtype=float)

@@ -1,7 +1,7 @@
 """Surfaces of revolution."""
 
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +14,23 @@ from parametric.place import to_direction
 from parametric.surface import ParametricSurface
 
 if TYPE_CHECKING:
+    from parametric.shell import Shell
     from parametric.tensor import BSplineSurface
 
 X_AXIS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 
 
-def revolve(curve: CurveLike, axis: ArrayLike = X_AXIS, angle: float = 2 * pi) -> "RevolvedSurface":
+@overload
+def revolve(curve: CurveLike, axis: ArrayLike = ..., angle: float = ...) -> "RevolvedSurface": ...
+@overload
+def revolve(
+    curve: CurveLike, axis: ArrayLike = ..., angle: float = ..., *, caps: Literal[False]
+) -> "RevolvedSurface": ...
+@overload
+def revolve(curve: CurveLike, axis: ArrayLike = ..., angle: float = ..., *, caps: Literal[True]) -> "Shell": ...
+def revolve(
+    curve: CurveLike, axis: ArrayLike = X_AXIS, angle: float = 2 * pi, *, caps: bool = False
+) -> "RevolvedSurface | Shell":
     """Surface of revolution: p(u, phi) is curve(u) turned by phi about the axis, right-handed; 0 <= phi <= angle.
 
     The second parameter is the true angle in radians. About the x-axis p = (x, y cos phi - z sin phi,
@@ -32,6 +43,7 @@ def revolve(curve: CurveLike, axis: ArrayLike = X_AXIS, angle: float = 2 * pi) -
     curve : curve object, callable on [0, 1] or vertices of a polyline
     axis : (point, direction), default the x-axis
     angle : in (0, 2 pi]
+    caps : whether to close both ends of a partial turn of a closed plane profile; the result is then a Shell
 
     Examples
     --------
@@ -40,7 +52,16 @@ def revolve(curve: CurveLike, axis: ArrayLike = X_AXIS, angle: float = 2 * pi) -
     >>> cone(0.5, pi / 3).round(6)
     array([3.5     , 0.75    , 1.299038])
     """
-    return RevolvedSurface(to_curve(curve), axis, angle)
+    side = RevolvedSurface(to_curve(curve), axis, angle)
+    if not caps:
+        return side
+    if side.angle == 2 * pi:
+        raise ValueError("a full turn has no ends to cap")
+    from parametric.caps import cap
+    from parametric.shell import Shell
+
+    ends = (cap(side.iso_v(0.0)), cap(side.iso_v(side.angle), reverse=True))
+    return Shell([side, *(end for end in ends if end is not None)])
 
 
 class RevolvedSurface(ParametricSurface):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from parametric.parameters import Array, Interval, to_parameters
+from parametric.parameters import Array, Interval, Value, to_parameters
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature, Surface
@@ -26,7 +26,7 @@ class Frame(NamedTuple):
     normal: Array
 
 
-class ParametricSurface(ABC):
+class ParametricSurface(Value, ABC):
     """A map p(u, v) from a rectangle to space; immutable.
 
     A subclass gives `domain` and `derivative`; the rest follows. u and v broadcast against each other:

@@ -1,6 +1,6 @@
 """Sweep surfaces: a section moved along a path, or by matrices."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -113,6 +113,30 @@ class TransformSweep(ParametricSurface):
         return quotients[-1]
 
 
+@overload
+def sweep(
+    section: CurveLike,
+    path: CurveLike,
+    *,
+    frame: str = ...,
+    twist: LawLike = ...,
+    scale: LawLike = ...,
+    caps: Literal[False] = ...,
+    anchor: ArrayLike = ...,
+    start: ArrayLike | None = ...,
+) -> ParametricSurface: ...
+@overload
+def sweep(
+    section: CurveLike,
+    path: CurveLike,
+    *,
+    frame: str = ...,
+    twist: LawLike = ...,
+    scale: LawLike = ...,
+    caps: Literal[True],
+    anchor: ArrayLike = ...,
+    start: ArrayLike | None = ...,
+) -> "Shell": ...
 def sweep(
     section: CurveLike,
     path: CurveLike,
@@ -189,11 +213,14 @@ class SweptSurface(ParametricSurface):
         self.section, self.frames, self.path = section, frames, frames.path
         self.anchor = to_vector(anchor, "anchor")
         self._laws = twist, scale
-        self._closing = 0.0
-        if isinstance(frames, MinimalFrame) and self.path.closed:
-            ends = self.path.tangent(np.array(self.path.domain))
-            if np.linalg.norm(ends[0] - ends[1]) < 1e-9:
-                self._closing = -frames.holonomy
+        self._closing = self._miss()
+
+    def _miss(self) -> float:
+        """The angle to turn by on the way, so that a minimal frame closes on a smoothly closed path."""
+        if not (isinstance(self.frames, MinimalFrame) and self.path.closed):
+            return 0.0
+        ends = self.path.tangent(np.array(self.path.domain))
+        return -self.frames.holonomy if np.linalg.norm(ends[0] - ends[1]) < 1e-9 else 0.0
 
     @property
     def domain(self) -> tuple[Interval, Interval]:

@@ -63,18 +63,12 @@ class BSplineSurface(ParametricSurface):
         kinds = (knots, knots) if isinstance(knots, str) else tuple(knots)
         if len(pair) != 2 or len(kinds) != 2:
             raise ValueError(f"degrees and knots must be pairs, for u and v, got {degrees!r} and {len(kinds)} knots")
-        vectors = tuple(
+        vectors = [
             to_knots(kind, degree, count, f"{name} knots")
             for kind, degree, count, name in zip(kinds, pair, net.shape, "uv")
-        )
-        self._set(points=net, weights=to_weights(weights, net.shape[:2]), knots=vectors)
-
-    def _set(self, **attributes: object) -> None:
-        for name, value in attributes.items():
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a {type(self).__name__} cannot be changed")
+        ]
+        self.points, self.weights = net, to_weights(weights, net.shape[:2])
+        self.knots = vectors[0], vectors[1]
 
     @property
     def domain(self) -> tuple[Interval, Interval]:
@@ -242,13 +236,7 @@ class BSplineSurface(ParametricSurface):
 
     def transform(self, matrix: ArrayLike) -> Self:
         """The surface moved by an affine map (4, 4) that acts on column vectors: its control points moved."""
-        result = object.__new__(type(self))
-        result._set(
-            points=to_points(move(self.points, check_affine(matrix)), "points", 2),
-            weights=self.weights,
-            knots=self.knots,
-        )
-        return result
+        return self.with_points(move(self.points, check_affine(matrix)))
 
     def replace_point(self, i: int, j: int, point: ArrayLike) -> Self:
         """The surface with control point (i, j) elsewhere; it changes on [u_i, u_(i+p+1)) x [v_j, v_(j+q+1)) only."""
@@ -261,7 +249,8 @@ class BSplineSurface(ParametricSurface):
         if np.shape(points) != self.points.shape:
             raise ValueError(f"the net has shape {self.points.shape}, got {np.shape(points)}")
         result = object.__new__(type(self))
-        result._set(points=to_points(points, "points", 2), weights=self.weights, knots=self.knots)
+        result.points = to_points(points, "points", 2)
+        result.weights, result.knots = self.weights, self.knots
         return result
 
     def to_nurbs(self) -> "BSplineSurface":

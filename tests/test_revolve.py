@@ -191,6 +191,19 @@ def test_wrong_arguments(make, message):
         make()
 
 
+def test_capped_partial_turns_are_closed():
+    wedge = revolve([(0, 1), (2, 1), (2, 2), (0, 2), (0, 1)], angle=1.0, caps=True)
+    assert wedge.closed
+    with pytest.raises(ValueError, match="a full turn has no ends to cap"):
+        revolve(circle(1, (0, 3)), caps=True)
+
+
+def test_procedural_surfaces_cannot_be_changed():
+    surface = revolve(circle())
+    with pytest.raises(AttributeError, match="a RevolvedSurface cannot be changed"):
+        surface.angle = 1.0
+
+
 def test_conics_cannot_be_changed():
     curve = circle()
     assert isinstance(curve, Conic)
