@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from implicit.implicitize.matrix import MatrixForm, matrix_form
     from implicit.mesh import Mesh, MeshReport
     from implicit.parametrize import parametrize
-    from implicit.polygonize import polygonize
+    from implicit.polygonize import polygonize, polygonize_from
     from implicit.shapes import box, capsule, cone, cylinder, plane, sphere, torus
     from implicit.show import render, show
     from implicit.singular import SingularCurve, SingularLocus, SingularPoint, singularities
@@ -61,6 +61,7 @@ _HOMES = {
     "MeshReport": "mesh",
     "parametrize": "parametrize",
     "polygonize": "polygonize",
+    "polygonize_from": "polygonize",
     "box": "shapes",
     "capsule": "shapes",
     "cone": "shapes",

@@ -160,14 +160,16 @@ class PolynomialSampler:
     bricks: BrickArray
 
     @classmethod
-    def over(cls, field: PolynomialField, lattice: Lattice) -> "PolynomialSampler":
-        """The sampler of a polynomial over a lattice."""
+    def over(cls, field: PolynomialField, lattice: Lattice, bricks: BrickArray | None = None) -> "PolynomialSampler":
+        """The sampler of a polynomial over a lattice, of the given bricks or all that may be crossed."""
         exponents = field.exponents
         x, y, z = (max(gcd(*(int(e) for e in exponents[:, axis])), 1) for axis in range(3))
         places = exponents // np.array([x, y, z])
         tensor = np.zeros(tuple(places.max(axis=0, initial=0) + 1))
         tensor[tuple(places.T)] = field.coefficients
-        return cls(tensor, (x, y, z), lattice, find_bricks(tensor, (x, y, z), lattice))
+        if bricks is None:
+            bricks = find_bricks(tensor, (x, y, z), lattice)
+        return cls(tensor, (x, y, z), lattice, bricks)
 
     @cached_property
     def _powers(self) -> FloatArray:
@@ -191,7 +193,11 @@ class PolynomialSampler:
 
     def fill(self, first: int, last: int, samples: FloatArray) -> None:
         """Write f at the sample points of bricks `first` to `last` into samples (last - first, 512)."""
-        fill_bricks(self._powers, self._lines, self.bricks[first:last], samples)
+        self.sample(self.bricks[first:last], samples)
+
+    def sample(self, bricks: BrickArray, samples: FloatArray) -> None:
+        """Write f at the sample points of any bricks (n, 3) into samples (n, 512)."""
+        fill_bricks(self._powers, self._lines, bricks, samples)
 
     def near(self, points: FloatArray, first: int, last: int, starts: Any) -> tuple[FloatArray, FloatArray]:
         """Values (n,) and gradients (3, n) at points (3, n)."""

@@ -66,12 +66,14 @@ class Lattice:
     @cached_property
     def padded(self) -> FloatArray:
         """(3, longest) coordinates of all planes, the last one repeated to fill the last brick."""
-        width = CELLS * max(self.bricks) + 1
-        return np.array([np.pad(axis, (0, width - len(axis)), mode="edge") for axis in self.axes])
+        planes = np.empty((3, CELLS * max(self.bricks) + 1))
+        for row, axis in zip(planes, self.axes, strict=True):
+            row[: len(axis)], row[len(axis) :] = axis, axis[-1]
+        return planes
 
     def all_bricks(self) -> NDArray[np.int32]:
         """(n, 3) every brick, in the order of the sweep."""
-        return in_order(np.indices(self.bricks, np.int32).reshape(3, -1).T)
+        return np.ascontiguousarray(np.indices(self.bricks, np.int32).reshape(3, -1).T[::-1])
 
     def brick_points(self, bricks: NDArray[np.int32]) -> FloatArray:
         """(n, 512, 3) the sample points of bricks (n, 3)."""

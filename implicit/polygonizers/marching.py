@@ -36,7 +36,7 @@ _BYTES_PER_BRICK = 60 * 48 + 120 * 24
 
 @dataclass(frozen=True, eq=False)
 class Marched:
-    """Vertices, unit normals, faces, the vertices that lie at a lattice point (ascending), and how many normals are 0."""
+    """Vertices, unit normals, faces, the vertices at lattice points (ascending), and how many normals are 0."""
 
     vertices: FloatArray
     normals: FloatArray

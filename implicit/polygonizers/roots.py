@@ -1,8 +1,8 @@
 """Where f vanishes along lattice edges: Newton steps that never leave the bracket.
 
 Each crossing lies on an edge whose ends have different signs, so there is a root between them and bisection would find
-it. The first guess interpolates the samples; then come Newton's steps along the edge, and a step that leaves the bracket
-or does not shrink by half is replaced by a bisection. On a resolved surface one evaluation is enough.
+it. The first guess interpolates the samples; then come Newton's steps along the edge, and a step that leaves the
+bracket or does not shrink by half is replaced by a bisection. On a resolved surface one evaluation is enough.
 """
 
 from collections.abc import Callable

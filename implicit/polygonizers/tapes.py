@@ -125,6 +125,13 @@ def _near(
                 gradients[axis, base : base + n] = slopes[axis, :n]
 
 
+def _whole(bricks: BrickArray, rows: int) -> BrickArray:
+    """Leaves with the whole tape."""
+    leaves = np.empty((len(bricks), 5), np.int32)
+    leaves[:, :3], leaves[:, 3], leaves[:, 4] = bricks, 0, rows
+    return leaves
+
+
 @dataclass(frozen=True, eq=False)
 class TapeSampler:
     """Samples a tape on the bricks that its ranges do not rule out.
@@ -139,14 +146,16 @@ class TapeSampler:
     leaves: NDArray[np.int32]
 
     @classmethod
-    def over(cls, field: TapeField, lattice: Lattice) -> "TapeSampler":
-        """The sampler of a tape over a lattice."""
+    def over(cls, field: TapeField, lattice: Lattice, bricks: BrickArray | None = None) -> "TapeSampler":
+        """The sampler of a tape over a lattice, of the given bricks or all that may be crossed."""
         tape = field.tape
+        if bricks is not None:
+            return cls(field, lattice, tape.code.copy(), tape.arguments.copy(), _whole(bricks, len(tape)))
         levels = 1
         while _SPLIT**levels < max(lattice.bricks):
             levels += 1
-        x, y, z = sorted(lattice.bricks)
-        room = 4096 + 4 * y * z
+        most = sorted(lattice.bricks)
+        room = 4096 + 4 * most[1] * most[2]
         while True:
             code = np.empty((len(tape) + 24 * room, 4), np.int32)
             arguments = np.empty(len(tape.arguments) + 4 * room, np.int32)
@@ -170,8 +179,14 @@ class TapeSampler:
 
     def fill(self, first: int, last: int, samples: FloatArray) -> None:
         """Write f at the sample points of bricks `first` to `last` into samples (last - first, 512)."""
-        leaves = self.leaves[first:last]
-        registers = np.empty((int(leaves[:, 4].max()), WIDTH))
+        self._fill(self.leaves[first:last], samples)
+
+    def sample(self, bricks: BrickArray, samples: FloatArray) -> None:
+        """Write f at the sample points of any bricks (n, 3) into samples (n, 512)."""
+        self._fill(_whole(bricks, len(self.field.tape)), samples)
+
+    def _fill(self, leaves: BrickArray, samples: FloatArray) -> None:
+        registers = np.empty((int(leaves[:, 4].max(initial=1)), WIDTH))
         _fill(self.code, self.arguments, self.field.tape.constants, self.lattice.padded, leaves, registers, samples)
 
     def near(self, points: FloatArray, first: int, last: int, starts: Any) -> tuple[FloatArray, FloatArray]:

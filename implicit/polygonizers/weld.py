@@ -71,11 +71,18 @@ def _squeeze(vertices: Any, normals: Any, faces: Any) -> tuple[int, int]:
     return n, t
 
 
-def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
-    """Drop faces with repeated vertices and then vertices without faces, in the arrays themselves."""
+def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
     n, t = _squeeze(vertices, normals, faces)
-    for array, rows in ((vertices, n), (normals, n), (faces, t)):
-        array.resize((rows, 3), refcheck=False)
+    return trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)
+
+
+def trimmed(array: NDArray[Any], rows: int) -> NDArray[Any]:
+    """The first rows, in the same memory where the array owns it."""
+    if not array.flags.owndata:
+        return array[:rows].copy()
+    array.resize((rows, 3), refcheck=False)
+    return array
 
 
 def _meeting(vertices: FloatArray, pinned: IntArray) -> IntArray:
@@ -140,7 +147,7 @@ def _spoiled(merged: IntArray, leaders: IntArray, size: int) -> IntArray:
 
 def fill_normals(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
     """Give vertices where the gradient vanishes the mean normal of their faces, in `normals` itself."""
-    flat = ~normals.any(axis=1)
+    flat: NDArray[np.bool_] = np.asarray(~normals.any(axis=1))
     near = faces[list_marked(faces, flat)]
     used, place = np.unique(near, return_inverse=True)
     mean = area_weighted_normals(vertices[used], place.reshape(-1, 3))

@@ -20,7 +20,7 @@ class Measured(NamedTuple):
 
 
 def measure(function: Callable[[], Any], repeat: int = 5) -> Measured:
-    """Call `function` `repeat` times. Other people's load does not count: these are processor seconds of this process."""
+    """Call `function` `repeat` times; processor seconds of this process, so that other load counts little."""
     gc.collect()
     before = _reset_peak()
     seconds, result = [], None
