@@ -93,7 +93,8 @@ def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None)
     from implicit.singular import singularities
 
     surface, bounds = make_surface(entry), entry_bounds(entry)
-    mesh = polygonize(surface, bounds, resolution=resolution or round(RESOLUTION[quality] * entry.detail))
+    cells = resolution or round(RESOLUTION[quality] * entry.detail)
+    mesh = polygonize(surface, bounds, resolution=cells, method=entry.method)
     card = _mesh_card(entry, mesh, implicit_distance(mesh, surface))
     things: list[object] = [mesh]
     if surface.degree is not None:

@@ -37,6 +37,7 @@ class Entry:
     build       makes a parametric surface or shell
     iso_lines   how many steps of u and of v are drawn as lines; 0 is none
     control_net whether the control points are drawn
+    method      how `polygonize` is asked to make an implicit surface's mesh
     detail      how much finer than usual the mesh must be to show the surface well
     """
 
@@ -51,6 +52,7 @@ class Entry:
     look: Look = Look()  # noqa: RUF009
     iso_lines: tuple[int, int] = (0, 0)
     control_net: bool = False
+    method: str = "auto"
     detail: float = 1.0
 
     @property

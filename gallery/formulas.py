@@ -28,6 +28,7 @@ FORMULAS = (
         f"{CHAPTER}, first figure; its second point (0, 2/3, 0) is not on the surface",
         Facts(degree=3, singular_points=1, types="A1", singular_curves=0, closed=False, euler=2),
         Ball(1.5),
+        method="conforming",
         look=replace(OCEAN, view=(1.0, 0.35, 1.7), up=(0.0, 1.0, 0.0)),
     ),
     Entry(
@@ -101,8 +102,9 @@ FORMULAS = (
         "Cayley cubic",
         "4(x^2 + y^2 + z^2) + 16x y z = 1",
         "Cayley, A memoir on cubic surfaces, 1869",
-        Facts(degree=3, singular_points=4, types="4 A1", singular_curves=0, closed=False),
+        Facts(degree=3, singular_points=4, types="4 A1", singular_curves=0, closed=False, euler=2),
         Ball(1.8),
+        method="conforming",
         look=replace(MOSS, view=(1.0, -2.2, 0.8)),
     ),
     Entry(
@@ -152,9 +154,9 @@ FORMULAS = (
         "x^2 y^2 + y^2 z^2 + z^2 x^2 = 2x y z",
         "Steiner 1844; three double lines, a triple point, six pinch points",
         Facts(degree=4, singular_points=0, singular_curves=3, closed=True, euler=5),
-        Ball(1.15),
+        Ball(1.25),
         look=MOSS,
-        detail=2.5,
+        detail=2.0,
     ),
     Entry(
         "togliatti_quintic",
@@ -173,8 +175,9 @@ FORMULAS = (
         "Banchoff-Chmutov quartic",
         "2(x^2 (x^2 - 1) + y^2 (y^2 - 1) + z^2 (z^2 - 1)) + 1 = 0",
         "Sums of Chebyshev polynomials, Chmutov, J. Algebraic Geom. 1, 1992; 12 nodes, on the edges of a cube",
-        Facts(degree=4, singular_points=12, types="12 A1", singular_curves=0, closed=True),
+        Facts(degree=4, singular_points=12, types="12 A1", singular_curves=0, closed=True, euler=4),
         1.3,
+        method="conforming",
         look=STEEL,
     ),
     Entry(
@@ -193,6 +196,7 @@ FORMULAS = (
         "Hauser, gallery of algebraic surfaces",
         Facts(degree=3, singular_points=1, types="A1", singular_curves=0, closed=False, euler=2),
         Ball(1.6),
+        method="conforming",
         look=GOLD,
     ),
     Entry(
