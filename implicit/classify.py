@@ -104,13 +104,13 @@ def winding_number(solid: Any, points: ArrayLike) -> Floats:
     """
     from implicit.mesh import Mesh
     from implicit.surface import Surface
-    from implicit.winding import MeshWinding
+    from implicit.winding import winding_of
 
     flat, exact, shape = _read(points)
     if isinstance(solid, Surface):
         numbers_ = (1.0 - _classify_surface(solid, flat, exact, None)) / 2
     elif isinstance(solid, Mesh):
-        numbers_ = MeshWinding(solid).numbers(flat)
+        numbers_ = winding_of(solid).numbers(flat)
     elif hasattr(solid, "winding_numbers"):
         numbers_ = np.asarray(solid.winding_numbers(flat), dtype=np.float64)
     else:
@@ -172,6 +172,7 @@ def _fraction(value: Any) -> Fraction:
 def _classify_surface(
     surface: Surface, points: Floats, exact: dict[int, tuple[Fraction, Fraction, Fraction]], tolerance: float | None
 ) -> Codes:
+    from implicit.exact import to_fmpq
     from implicit.kernels.filter import UNSURE
     from implicit.nearness import Nearness
     from implicit.sign import sign_of
@@ -183,7 +184,7 @@ def _classify_surface(
     else:
         codes = sign.signs(points)
         for i, point in exact.items():
-            codes[i] = sign.exactly(point)
+            codes[i] = sign.exactly([to_fmpq(c) for c in point])
     unsure = np.flatnonzero(codes == UNSURE)
     if len(unsure) and tolerance is None:
         codes[unsure] = [Nearness(sign, FLOOR * max(1.0, abs(p).max())).decide(p[None])[0] for p in points[unsure]]
@@ -198,9 +199,9 @@ def _classify_surface(
 
 
 def _classify_mesh(mesh: Mesh, points: Floats, tolerance: float | None, rule: Rule) -> Codes:
-    from implicit.winding import MeshWinding
+    from implicit.winding import winding_of
 
-    winding = MeshWinding(mesh)
+    winding = winding_of(mesh)
     _check_closed(winding)
     floor = winding.floor
     distance = floor if tolerance is None else max(float(tolerance), 0.0)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from operator import add, mul
 from typing import Any, TypeAlias
 
 import flint
@@ -15,8 +16,8 @@ from implicit.constants import enclose
 from implicit.expand import to_fraction
 from implicit.trees import postorder, x, y, z
 
-Exact: TypeAlias = tuple[Fraction, Fraction, Fraction]
-Step: TypeAlias = tuple[Callable[..., Any], tuple[int, ...]]
+Exact: TypeAlias = Sequence[flint.fmpq]
+Step: TypeAlias = tuple[int, Callable[..., Any], tuple[int, ...]]
 
 PRECISIONS = (64, 128, 256, 512, 1024, 2048, 4096)
 """Bits of the balls that are tried in turn."""
@@ -46,23 +47,30 @@ class ExactValues:
     expression: sympy.Expr
 
     @cached_property
-    def _program(self) -> tuple[list[Step], list[sympy.Expr | None]]:
-        """For each distinct subexpression a function and its operands, or a number."""
-        order = postorder(self.expression)
-        place = {node: k for k, node in enumerate(order)}
+    def _order(self) -> list[sympy.Basic]:
+        return postorder(self.expression)
+
+    @cached_property
+    def _steps(self) -> list[Step]:
+        """(place, function, places of the operands) for each distinct subexpression that is computed."""
+        place = {node: k for k, node in enumerate(self._order)}
         steps: list[Step] = []
-        numbers: list[sympy.Expr | None] = []
-        for node in order:
-            constant = not node.free_symbols
-            numbers.append(node if constant or node in (x, y, z) else None)
-            operands = () if constant else tuple(place[a] for a in node.args)
-            steps.append((_operation(node) if operands else _nothing, operands))
-        return steps, numbers
+        for k, node in enumerate(self._order):
+            if not node.free_symbols or node in (x, y, z):
+                continue
+            operands = node.args[:1] if isinstance(node, sympy.Pow) and node.exp.is_Rational else node.args
+            steps.append((k, _operation(node), tuple(place[a] for a in operands)))
+        return steps
+
+    @cached_property
+    def _axes(self) -> list[tuple[int, int]]:
+        """The places of x, y and z."""
+        return [(k, (x, y, z).index(node)) for k, node in enumerate(self._order) if node in (x, y, z)]
 
     @cached_property
     def rational(self) -> bool:
         """Whether values at rational points are rational numbers by arithmetic alone."""
-        for node in postorder(self.expression):
+        for node in self._order:
             if node.is_Number:
                 continue
             plain = node in (x, y, z) or isinstance(node, sympy.Add | sympy.Mul | sympy.Min | sympy.Max | sympy.Abs)
@@ -72,19 +80,19 @@ class ExactValues:
 
     @cached_property
     def _rational_numbers(self) -> list[Any]:
-        return [_rational(n) if n is not None else None for n in self._program[1]]
+        return [to_fmpq(to_fraction(n)) if n.is_Number else None for n in self._order]
 
     def sign(self, point: Exact) -> int | None:
         """The sign of the value at a point; None where it could not be decided, or there is no real value."""
         if self.rational:
             try:
-                value = self._run(self._rational_numbers, [flint.fmpq(c.numerator, c.denominator) for c in point])
+                value = self._run(self._rational_numbers, point)
             except ZeroDivisionError:
                 return None
-            return int(value > 0) - int(value < 0)
+            return 1 if value > 0 else -1 if value < 0 else 0
         for bits in PRECISIONS:
             with flint.ctx.workprec(bits):
-                ball = self.ball([flint.arb(flint.fmpq(c.numerator, c.denominator)) for c in point])
+                ball = self.ball([flint.arb(c) for c in point])
                 if ball > 0:
                     return 1
                 if ball < 0:
@@ -97,51 +105,45 @@ class ExactValues:
 
     def ball(self, point: Sequence[flint.arb]) -> flint.arb:
         """A ball around the value, in the current precision."""
-        numbers = [None if n is None or n in (x, y, z) else enclose_here(n) for n in self._program[1]]
-        return self._run(numbers, point)
+        return self._run([None if n.free_symbols else enclose_here(n) for n in self._order], point)
 
     def _run(self, numbers: list[Any], point: Sequence[Any]) -> Any:
-        steps, constants = self._program
-        axes = {x: point[0], y: point[1], z: point[2]}
-        values: list[Any] = []
-        for (operation, operands), number, constant in zip(steps, numbers, constants, strict=True):
-            if operands:
-                values.append(operation(*(values[k] for k in operands)))
+        values = numbers.copy()
+        for place, axis in self._axes:
+            values[place] = point[axis]
+        for place, operation, operands in self._steps:
+            if len(operands) == 1:
+                values[place] = operation(values[operands[0]])
+            elif len(operands) == 2:
+                values[place] = operation(values[operands[0]], values[operands[1]])
             else:
-                values.append(axes.get(constant, number))
+                values[place] = operation(*[values[k] for k in operands])
         return values[-1]
 
 
-def _nothing(*_: Any) -> Any:
-    raise AssertionError("numbers and variables are not computed")
-
-
-def _rational(number: sympy.Expr) -> Any:
-    if not number.is_Number:
-        return None
-    value = to_fraction(number)
-    return flint.fmpq(value.numerator, value.denominator)
+def to_fmpq(value: Fraction | float) -> flint.fmpq:
+    """A float or fraction as it is."""
+    return flint.fmpq(*value.as_integer_ratio())
 
 
 def enclose_here(number: sympy.Expr) -> flint.arb:
     """A ball round a constant: exact for rational numbers, otherwise as sharp as the current precision allows."""
     if number.is_Number:
-        value = to_fraction(number)
-        return flint.arb(flint.fmpq(value.numerator, value.denominator))
+        return flint.arb(to_fmpq(to_fraction(number)))
     return enclose(number)
 
 
 def _operation(node: sympy.Basic) -> Callable[..., Any]:
     if isinstance(node, sympy.Add):
-        return _sum
+        return add if len(node.args) == 2 else _sum
     if isinstance(node, sympy.Mul):
-        return _product
+        return mul if len(node.args) == 2 else _product
     if isinstance(node, sympy.Min | sympy.Max):
         return _least if isinstance(node, sympy.Min) else _greatest
     if isinstance(node, sympy.Abs):
         return abs
     if isinstance(node, sympy.Pow):
-        return _power
+        return _power(node.exp)
     return _FUNCTIONS[type(node)]
 
 
@@ -169,9 +171,13 @@ def _greatest(first: Any, *others: Any) -> Any:
     return first
 
 
-def _power(base: Any, exponent: Any) -> Any:
-    if isinstance(base, flint.fmpq):
-        return base ** int(exponent.p)
-    if exponent.is_integer():
-        return base ** int(exponent.unique_fmpz())
-    return base.sqrt() if exponent == flint.arb(1) / 2 else base**exponent
+def _power(exponent: sympy.Expr) -> Callable[..., Any]:
+    if exponent.is_Integer:
+        whole = int(exponent)
+        if whole == 2:
+            return lambda base: base * base
+        return lambda base: base**whole
+    if exponent.is_Rational:
+        fraction = to_fmpq(to_fraction(exponent))
+        return lambda base: base.sqrt() if exponent == sympy.S.Half else base ** flint.arb(fraction)
+    return lambda base, power: base**power

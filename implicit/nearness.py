@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.exact import to_fmpq
 from implicit.kernels.filter import UNSURE
 from implicit.sign import Sign, Signs
 
@@ -134,6 +135,6 @@ class Nearness:
             radius = Fraction(self.tolerance * share)
             a, b, c = (simplest(Fraction(w) - radius, Fraction(w) + radius) for w in foot.tolist())
             square_gap = sum((w - Fraction(p)) ** 2 for w, p in zip((a, b, c), point.tolist(), strict=True))
-            if square_gap <= Fraction(self.tolerance) ** 2 and self.sign.exactly((a, b, c)) == 0:
+            if square_gap <= Fraction(self.tolerance) ** 2 and self.sign.exactly([to_fmpq(w) for w in (a, b, c)]) == 0:
                 return True
         return False

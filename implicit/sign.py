@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from typing import TypeAlias
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from implicit.errors import SignAmbiguousError
 from implicit.evaluate import PolynomialField
-from implicit.exact import Exact, ExactValues
+from implicit.exact import Exact, ExactValues, to_fmpq
 from implicit.expand import ring
 from implicit.kernels.filter import UNSURE, tape_signs
 from implicit.polynomial import Polynomial
@@ -78,8 +77,7 @@ class Sign:
         """-1, 0 or 1 at points (n, 3); UNSURE where no proof was found, never for polynomials."""
         out = self.around(points)
         for i in np.flatnonzero(out == UNSURE):
-            x, y, z = (Fraction(float(c)) for c in points[i])
-            out[i] = self.exactly((x, y, z))
+            out[i] = self.exactly([to_fmpq(c) for c in points[i].tolist()])
         return out
 
     def exactly(self, point: Exact) -> int:
@@ -144,7 +142,7 @@ def _term_signs(field: PolynomialField, points: Floats, radii: Floats, block: in
 
 
 def _polynomial_sign(polynomial: Polynomial, point: Exact) -> int:
-    value = polynomial.flint(*(flint.fmpq(c.numerator, c.denominator) for c in point))
+    value = polynomial.flint(*point)
     return int(value > 0) - int(value < 0)
 
 
@@ -152,7 +150,7 @@ def _is_zero(polynomial: Polynomial, point: Exact) -> bool:
     """Whether a polynomial over a number field vanishes at a point: all its coordinates there do."""
     extra = 0 if polynomial.field is None else 1
     context = ring(extra)
-    images = [context.constant(flint.fmpq(c.numerator, c.denominator)) for c in point]
+    images = [context.constant(c) for c in point]
     value = polynomial.flint.compose(*images, *context.gens()[3:], ctx=context)
     return bool(value.is_zero())
 

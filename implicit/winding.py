@@ -132,6 +132,14 @@ class MeshWinding:
         return total / (4 * np.pi)
 
 
+def winding_of(mesh: Mesh) -> MeshWinding:
+    """The winding numbers of a mesh, kept with it as its other derived properties are."""
+    known = mesh.__dict__.get("_winding")
+    if known is None:
+        known = mesh.__dict__["_winding"] = MeshWinding(mesh)
+    return known
+
+
 class _Trees:
     """The trees of the sheared mesh, each built when it is first asked for."""
 
