@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 __dist__ = "implicit-parametric"
 
 if TYPE_CHECKING:
-    from implicit.classify import classify, winding_number
+    from implicit.classify import certified_floor, classify, winding_number
     from implicit.combine import blend, offset
     from implicit.domain import Ball, Box
     from implicit.errors import (
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from implicit.surface import Curvature, Surface, x, y, z
 
 _HOMES = {
+    "certified_floor": "classify",
     "classify": "classify",
     "winding_number": "classify",
     "blend": "combine",

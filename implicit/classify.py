@@ -21,7 +21,6 @@ Codes: TypeAlias = NDArray[np.int8]
 Rule: TypeAlias = Literal["nonzero", "positive", "evenodd"]
 
 INSIDE, ON, OUTSIDE = -1, 0, 1
-FLOOR = 2.0**-47  # of implicit surfaces that are no polynomials, times the largest coordinate where that exceeds 1
 _RULES = ("nonzero", "positive", "evenodd")
 
 
@@ -80,6 +79,35 @@ def classify(solid: Any, points: ArrayLike, *, tolerance: float | None = None, r
     else:
         raise TypeError(f"a Surface, Mesh, Shell or parametric surface was wanted, got {type(solid).__name__}")
     return codes.reshape(shape)[()]
+
+
+def certified_floor(solid: Any) -> float:
+    """The distance within which `classify` without a tolerance may answer "on": its certificate ends there.
+
+    0 for polynomials and rational formulas with min, max and abs: all answers are exact. 2^-47 times the largest
+    coordinate for other formulas, some units in the last place for shells and meshes, infinite for functions without
+    a formula, whose computed signs are taken as they are.
+
+    Examples
+    --------
+    >>> from implicit import Surface
+    >>> certified_floor(Surface("x^2 + y^2 + z^2 = 1"))
+    0.0
+    """
+    from implicit.mesh import Mesh
+    from implicit.surface import Surface
+
+    if isinstance(solid, Surface):
+        from implicit.sign import sign_of
+
+        return sign_of(solid).floor
+    if isinstance(solid, Mesh):
+        from implicit.winding import winding_of
+
+        return winding_of(solid).floor
+    if hasattr(solid, "certified_floor"):
+        return float(solid.certified_floor)
+    raise TypeError(f"a Surface, Mesh, Shell or parametric surface was wanted, got {type(solid).__name__}")
 
 
 def winding_number(solid: Any, points: ArrayLike) -> Floats:
@@ -175,11 +203,13 @@ def _classify_surface(
     from implicit.exact import to_fmpq
     from implicit.kernels.filter import UNSURE
     from implicit.nearness import Nearness
-    from implicit.sign import sign_of
+    from implicit.sign import FLOOR, sign_of
 
     sign = sign_of(surface)
     sign.check_multiplicity()
-    if tolerance:
+    if tolerance == 0 and surface.expression is None:
+        codes = np.full(len(points), UNSURE, dtype=np.int8)
+    elif tolerance:
         codes = Nearness(sign, tolerance).decide(points)
     else:
         codes = sign.signs(points)

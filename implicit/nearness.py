@@ -92,6 +92,8 @@ class Nearness:
     def _cover(self, points: Floats, own: Signs) -> Signs:
         """Halve boxes round the balls until f keeps its sign on all that touch the ball, or changes it in one."""
         codes = np.full(len(points), UNSURE, dtype=np.int8)
+        if not self.sign.provable:
+            return codes
         owner, centers, half = np.arange(len(points)), points.copy(), self.tolerance
         for _ in range(_DEPTH):
             half /= 2

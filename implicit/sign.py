@@ -23,6 +23,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Signs: TypeAlias = NDArray[np.int8]
 
 BLOCK = 512
+FLOOR = 2.0**-47  # of surfaces that are no polynomials, times the largest coordinate where that exceeds 1
 _LONG_TAPE = 2  # a tape this many times longer than the list of terms is not used
 _UNIT = 1.2e-16  # above 2^-53
 _TINY = 1e-300  # above all errors of underflow together
@@ -51,9 +52,14 @@ class Sign:
         return field if len(self._tape) > _LONG_TAPE * len(field.coefficients) else None
 
     @property
-    def exact(self) -> bool:
-        """Whether every sign can be decided: f is rational arithmetic, or a polynomial over a number field."""
-        return self._exact.rational or self.surface.polynomial is not None
+    def provable(self) -> bool:
+        """Whether boxes can be shown to keep one sign."""
+        return True
+
+    @property
+    def floor(self) -> float:
+        """The distance below which a point may count as on: 0 for rational formulas and polynomials, always exact."""
+        return 0.0 if self._exact.rational or self.surface.polynomial is not None else FLOOR
 
     @cached_property
     def even_factors(self) -> tuple[Polynomial, ...]:
@@ -112,11 +118,50 @@ class Sign:
         return out
 
 
+@dataclass(frozen=True, eq=False)
+class BlackBoxSign(Sign):
+    """The sign of a function without a formula: of its computed values, which nothing can prove.
+
+    Around a point the sign is certain where the function has guaranteed ranges, from a Lipschitz constant.
+    """
+
+    @property
+    def provable(self) -> bool:
+        """Whether the function has finite ranges."""
+        return bool(np.isfinite(self.surface.field.ranges(np.zeros((1, 2, 3)))).all())
+
+    @property
+    def floor(self) -> float:
+        """Infinite: no distance is certain."""
+        return np.inf
+
+    @property
+    def even_factors(self) -> tuple[Polynomial, ...]:
+        """None are known."""
+        return ()
+
+    def signs(self, points: Floats) -> Signs:
+        """The signs of the computed values; UNSURE where they are no numbers."""
+        values = self.surface.field.values(points)
+        return np.where(np.isnan(values), UNSURE, np.sign(values)).astype(np.int8)
+
+    def exactly(self, point: Exact) -> int:
+        """UNSURE: there is no exact value."""
+        return UNSURE
+
+    def around(self, points: Floats, radius: Floats | float = 0.0) -> Signs:
+        """-1 or 1 where the guaranteed ranges prove it within the radius of a point (n, 3), else UNSURE."""
+        reach = np.broadcast_to(np.atleast_1d(np.asarray(radius, dtype=float))[:, None], points.shape)
+        ranges = self.surface.field.ranges(np.stack([points - reach, points + reach], axis=1))
+        return np.where(ranges[:, 0] > 0, 1, np.where(ranges[:, 1] < 0, -1, UNSURE)).astype(np.int8)
+
+
 def sign_of(surface: Surface) -> Sign:
     """The signs of a surface, kept with it as its other derived properties are."""
     known = surface.__dict__.get("_sign")
     if known is None:
-        known = surface.__dict__["_sign"] = Sign(surface)
+        known = Sign(surface) if surface.expression is not None else BlackBoxSign(surface)
+        surface.__dict__["_sign"] = known
     return known
 
 

@@ -14,6 +14,7 @@ from implicit import (
     SignAmbiguousError,
     Surface,
     UndecidedError,
+    certified_floor,
     classify,
     polygonize,
     winding_number,
@@ -244,6 +245,27 @@ def test_other_solids_answer_by_their_own_methods():
     points = [[(0, 0, 0), (0, 0, 2)]]
     assert classify(Slab(), points, tolerance=0.25, rule="positive").tolist() == [[-1, 1]]
     assert winding_number(Slab(), points).tolist() == [[2, 0]]
+
+
+def test_functions_without_a_formula():
+    ball = Surface.from_function(lambda p: np.linalg.norm(p, axis=1) - 1, lipschitz=1)
+    points = [(0, 0, 0), (2, 0, 0), (1.05, 0, 0), (0.96, 0, 0)]
+    assert list(classify(ball, points)) == [-1, 1, 1, -1]
+    assert list(classify(ball, points, tolerance=0.1)) == [-1, 1, 0, 0]
+    with pytest.raises(UndecidedError, match="4 of 4"):
+        classify(ball, points, tolerance=0)
+    with pytest.raises(UndecidedError, match="2 of 4"):
+        classify(Surface.from_function(lambda p: np.linalg.norm(p, axis=1) - 1), points, tolerance=0.1)
+
+
+def test_floors_are_reported():
+    assert certified_floor(Surface("min(x^2 + y^2 + sqrt(5), abs(z))")) > 0
+    assert certified_floor(Surface("x^2 + sqrt(5) y")) == certified_floor(Surface("min(x, 1/y)")) == 0
+    assert 0 < certified_floor(Surface("sin(x) + y")) < 1e-13
+    assert certified_floor(Surface.from_function(lambda p: p[:, 0])) == np.inf
+    assert 0 < certified_floor(cube()) < 1e-13
+    with pytest.raises(TypeError, match="got int"):
+        certified_floor(3)
 
 
 # Meshes
