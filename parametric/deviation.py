@@ -3,12 +3,26 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from parametric.distance import farthest
 from parametric.parameters import Array
 from parametric.triangulation import Triangulation
 
 Ints = NDArray[np.int64]
-ALONG = (0.25, 0.5, 0.75)
-INSIDE = np.array([[1, 1, 1], [1.8, 0.6, 0.6], [0.6, 1.8, 0.6], [0.6, 0.6, 1.8]]) / 3
+ALONG = np.array([0.25, 0.5, 0.75])
+INSIDE = (
+    np.array(
+        [
+            [1, 1, 1],
+            [1.8, 0.6, 0.6],
+            [0.6, 1.8, 0.6],
+            [0.6, 0.6, 1.8],
+            [0.3, 1.35, 1.35],
+            [1.35, 0.3, 1.35],
+            [1.35, 1.35, 0.3],
+        ]
+    )
+    / 3
+)
 
 
 def line_deviations(net: Triangulation, which: Ints) -> Array:
@@ -16,15 +30,18 @@ def line_deviations(net: Triangulation, which: Ints) -> Array:
     lines = net.lines
     a, b = (net.vertices[lines.ends[which, end]] for end in (0, 1))
     start, end = lines.places[which, 0], lines.places[which, 1]
-    worst = np.zeros(which.size)
+    places = start + ALONG[:, None, None] * (end - start)
     step = b - a
     squared = np.maximum(np.einsum("nc,nc->n", step, step), 1e-300)
-    for s in ALONG:
-        away = net.evaluate(lines.home[which], start + s * (end - start)) - a
-        along = np.clip(np.einsum("nc,nc->n", away, step) / squared, 0, 1)
-        away -= along[:, None] * step
-        np.maximum(worst, np.einsum("nc,nc->n", away, away), out=worst)
-    return np.sqrt(worst)
+    away = _evaluate(net, lines.home[which], places) - a
+    along = np.clip(np.einsum("knc,nc->kn", away, step) / squared, 0, 1)
+    away -= along[..., None] * step
+    return np.asarray(np.sqrt(np.einsum("knc,knc->kn", away, away).max(axis=0)))
+
+
+def _evaluate(net: Triangulation, home: Ints, places: Array) -> Array:
+    """Points (k, n, 3) at parameters (k, n, 2) of surfaces (n,)."""
+    return net.evaluate(np.tile(home, len(places)), places.reshape(-1, 2)).reshape(*places.shape[:2], 3)
 
 
 def corner_places(net: Triangulation, which: Ints) -> Array:
@@ -40,15 +57,8 @@ def corner_places(net: Triangulation, which: Ints) -> Array:
 
 
 def triangle_deviations(net: Triangulation, which: Ints) -> Array:
-    """The largest distance from the planes of triangles (n,) of the surface at four points inside each."""
-    t = net.triangles
-    corners = net.vertices[t.corners[which]]
-    places = corner_places(net, which)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt(np.einsum("nc,nc->n", normal, normal))
-    normal /= np.maximum(length, 1e-300)[:, None]
-    worst = np.zeros(which.size)
-    for weights in INSIDE:
-        away = net.evaluate(t.home[which], np.einsum("k,nkc->nc", weights, places)) - corners[:, 0]
-        np.maximum(worst, np.abs(np.einsum("nc,nc->n", away, normal)), out=worst)
-    return worst
+    """The largest distance from triangles (n,) of the surface at seven points inside each."""
+    corners = net.vertices[net.triangles.corners[which]]
+    places = np.einsum("kj,njc->knc", INSIDE, corner_places(net, which))
+    points = _evaluate(net, net.triangles.home[which], places)
+    return farthest(corners, np.ascontiguousarray(np.swapaxes(points, 0, 1)))
