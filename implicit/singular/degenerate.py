@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 _BITS = 1000  # of the arithmetic: at a point where the gradient starts with degree m, a part of m in it is lost
 _GOOD = 180  # bits of a coordinate that are enough to recognise it
 _STEPS = 250
+# Starts beside the middle and jumps that fall short: a coordinate that arrives exactly makes the Hessian singular.
+_SHAKE = np.array([0.0137, -0.0061, 0.0023])
+_SHORT = 0.998
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ def settle(form: Form, corners: Floats, deadline: Deadline) -> tuple[list[Lonely
         todo = np.flatnonzero(open_)
         if not len(todo) or deadline.passed:
             break
-        point = locate(jet, corners[todo[0]])
+        point = locate(jet, corners[todo[int(np.argmax(_remoteness(corners[todo].mean(axis=1), found)))]])
         germ = Germ(form, point) if point else None
         if germ is None or germ.milnor is None or any(_equal(germ.point, other.germ.point) for other in found):
             break
@@ -56,6 +59,16 @@ def settle(form: Form, corners: Floats, deadline: Deadline) -> tuple[list[Lonely
         found.append(lonely)
         open_ &= ~covered
     return found, open_
+
+
+def _remoteness(centers: Floats, found: list[LonelyPoint]) -> Floats:
+    """How far points (n, 3) are from all that was found."""
+    apart = np.ones(len(centers))
+    for lonely in found:
+        place = np.array([float(c.mid()) for c in lonely.germ.point.value(64)])
+        far = np.linalg.norm(centers - place, axis=1)
+        apart = far if lonely is found[0] else np.minimum(apart, far)
+    return apart
 
 
 def _equal(p: ExactPoint, q: ExactPoint) -> bool:
@@ -98,6 +111,7 @@ def _simplest_between(low: float, high: float) -> fmpq:
 
 def _slow_newton(jet: Jet, start: Floats, size: float) -> Point | None:
     """Newton's iteration where it converges only linearly, with Aitken's jumps along the slowest direction."""
+    start = start + size * _SHAKE
     with precision(_BITS):
         p: Point = (arb(float(start[0])), arb(float(start[1])), arb(float(start[2])))
         before, ratio = None, 0.0
@@ -115,7 +129,7 @@ def _slow_newton(jet: Jet, start: Floats, size: float) -> Point | None:
             before = moved
             factor = 1.0
             if n % 6 == 5 and 0.2 < ratio < 0.97:
-                factor, before = 1.0 / (1.0 - ratio), None
+                factor, before = _SHORT / (1.0 - ratio), None
             x, y, z = ((p[a] - step[a] * factor).mid() for a in range(3))
             p = x, y, z
     return None

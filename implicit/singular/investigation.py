@@ -98,7 +98,10 @@ class Investigation:
 
     def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
         """Which boxes are far from everything that was found: there should be none, as algebra predicts."""
-        middle, reach = boxes.mean(axis=1), max(4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max()), _NEAR * self.bounds.size)
+        middle, reach = (
+            boxes.mean(axis=1),
+            max(4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max()), _NEAR * self.bounds.size),
+        )
         stray = np.ones(len(boxes), bool)
         for c in self.curves:
             line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
