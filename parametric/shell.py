@@ -200,6 +200,11 @@ class Shell:
         """How often the shell winds round points (..., 3); see `implicit.winding_number`."""
         return self.solid.winding_numbers(points)
 
+    @property
+    def certified_floor(self) -> float:
+        """The distance within which answers without a tolerance may be "on"; see `implicit.certified_floor`."""
+        return self.solid.floor
+
 
 def _flux(surface: ParametricSurface, middle: Array) -> float:
     """The sum of det(p - middle, p_u, p_v), up to a positive factor the volume of the cone from `middle`."""

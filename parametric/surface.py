@@ -43,6 +43,10 @@ class ParametricSurface(Value, ABC):
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3). (0, 0) is the point itself."""
 
+    def __repr__(self) -> str:
+        (u0, u1), (v0, v1) = self.domain
+        return f"<{type(self).__name__} on [{u0:g}, {u1:g}] x [{v0:g}, {v1:g}]>"
+
     def __call__(self, u: ArrayLike, v: ArrayLike) -> Array:
         """Points p(u, v), shape (..., 3)."""
         return self.derivative(u, v, 0, 0)
@@ -161,3 +165,8 @@ class ParametricSurface(Value, ABC):
     def winding_numbers(self, points: ArrayLike) -> Array:
         """How often the surface winds round points (..., 3); see `implicit.winding_number`."""
         return self._shell.winding_numbers(points)
+
+    @property
+    def certified_floor(self) -> float:
+        """The distance within which answers without a tolerance may be "on"; see `implicit.certified_floor`."""
+        return self._shell.certified_floor
