@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from parametric.fit import approximate, fit_scattered, interpolate, interpolate_curve
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
     from parametric.frames import minimal_frames
+    from parametric.function import FunctionSurface
     from parametric.graph import graph, polynomial_coefficients
     from parametric.grids import grid_mesh, iso_curves
     from parametric.hermite import HermitePatch
@@ -83,6 +84,7 @@ _HOMES = {
     "u": "formula",
     "v": "formula",
     "minimal_frames": "frames",
+    "FunctionSurface": "function",
     "graph": "graph",
     "polynomial_coefficients": "graph",
     "grid_mesh": "grids",

@@ -132,7 +132,7 @@ class BSplineCurve(ParametricCurve):
         return self._with(*refine.restrict(self.knots, low, high))
 
     def split(self, t: float) -> "tuple[BSplineCurve, BSplineCurve]":
-        """The parts before and after an inner parameter, each with the same parameter as the whole."""
+        """The parts before and after an inner parameter, clamped, each with the same parameter as the whole."""
         low, high = self.domain
         if not low < t < high:
             raise ValueError(f"a curve on [{low:g}, {high:g}] splits at a parameter inside, got {t:g}")

@@ -46,6 +46,10 @@ class Conic(ParametricCurve):
         values = _divide(sums) if self._rational else sums[0][:, :3]
         return values.reshape(*t.shape, 3)
 
+    def restrict(self, start: float, end: float) -> "Conic":
+        """The arc on [start, end], with the same parameter."""
+        return Conic(self.matrix, self.parameters((start, end)))
+
     def to_nurbs(self) -> BSplineCurve:
         """The conic as an exact rational quadratic B-spline curve with the ends of its arcs at their parameters."""
         knots, frame = circular_frame(*self.domain)

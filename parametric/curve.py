@@ -11,7 +11,7 @@ from parametric.differences import differentiate
 from parametric.parameters import Array, Interval, Value, to_interval, to_parameters
 
 if TYPE_CHECKING:
-    from parametric.bspline import BSplineCurve
+    from parametric.bspline import BezierCurve, BSplineCurve
     from parametric.surface import ParametricSurface
 
 CurveLike: TypeAlias = "ParametricCurve | Callable[..., Any] | ArrayLike"
@@ -28,6 +28,9 @@ class ParametricCurve(Value, ABC):
     @abstractmethod
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3). Order 0 is the point itself."""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} on [{self.domain[0]:g}, {self.domain[1]:g}]>"
 
     def __call__(self, t: ArrayLike) -> Array:
         """Points c(t), shape (..., 3)."""
@@ -83,6 +86,29 @@ class ParametricCurve(Value, ABC):
         rate = (high - low) / (new[1] - new[0])
         return AffineCurve(self, new, low - rate * new[0], rate)
 
+    def restrict(self, start: float, end: float) -> "ParametricCurve":
+        """The part on [start, end], with the same parameter."""
+        return AffineCurve(self, to_interval(self.parameters((start, end)), "the part"), 0.0, 1.0)
+
+    def split(self, t: float) -> "tuple[ParametricCurve, ParametricCurve]":
+        """The parts before and after an inner parameter, each with the same parameter as the whole."""
+        low, high = self.domain
+        if not low < t < high:
+            raise ValueError(f"a curve on [{low:g}, {high:g}] splits at a parameter inside, got {t:g}")
+        return self.restrict(low, t), self.restrict(t, high)
+
+    def elevate(self, by: int = 1) -> "BSplineCurve":
+        """The curve as a B-spline with its degree raised; a ValueError where there is none."""
+        return self.to_nurbs().elevate(by)
+
+    def insert_knot(self, t: float, times: int = 1) -> "BSplineCurve":
+        """The curve as a B-spline with a knot inserted; a ValueError where there is none."""
+        return self.to_nurbs().insert_knot(t, times)
+
+    def bezier_pieces(self) -> "tuple[BezierCurve, ...]":
+        """The curve as Bezier curves; a ValueError where there are none."""
+        return self.to_nurbs().bezier_pieces()
+
     def to_nurbs(self) -> "BSplineCurve":
         """The curve as a B-spline, rational where it has to be. A ValueError where there is none."""
         raise ValueError(f"a {type(self).__name__} is no rational curve")
@@ -113,16 +139,27 @@ class AffineCurve(ParametricCurve):
     def breaks(self) -> Array:
         """Parameters where the curve need not be smooth."""
         inner = np.sort((self.curve.breaks[1:-1] - self.shift) / self.rate)
-        return np.array([self._domain[0], *inner, self._domain[1]])
+        low, high = self._domain
+        return np.array([low, *inner[(inner > low) & (inner < high)], high])
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3)."""
         inner = np.clip(self.shift + self.rate * self.parameters(t), *self.curve.domain)
         return self.rate**order * self.curve.derivative(inner, order)
 
+    def restrict(self, start: float, end: float) -> "AffineCurve":
+        """The part on [start, end], with the same parameter."""
+        return AffineCurve(self.curve, to_interval(self.parameters((start, end)), "the part"), self.shift, self.rate)
+
     def to_nurbs(self) -> "BSplineCurve":
         """The curve as a B-spline."""
-        spline = self.curve.to_nurbs()
+        ends = sorted(self.shift + self.rate * t for t in self._domain)
+        low, high = np.clip(ends, *self.curve.domain)
+        whole = (float(low), float(high)) == self.curve.domain
+        part = self.curve if whole else self.curve.restrict(float(low), float(high))
+        if isinstance(part, AffineCurve):
+            raise ValueError(f"a part of a {type(self.curve).__name__} is no rational curve")
+        spline = part.to_nurbs()
         if self.rate < 0:
             spline = spline.reversed()
         return spline.over(self._domain)
@@ -172,7 +209,7 @@ class IsoCurve(ParametricCurve):
 class FunctionCurve(ParametricCurve):
     """A curve given by any function of t that returns three coordinates.
 
-    Derivatives are differences of order eight over 1/64 of the domain: for a smooth function about 1e-12 of its size
+    Derivatives are differences of order eight over 1/64 of the domain: for a smooth function about 1e-10 of its size
     for the first derivative and 500 times worse for each order more. Where derivatives matter, give a FormulaCurve.
 
     Examples

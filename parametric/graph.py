@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.blend import greville
+from parametric.function import FunctionSurface
 from parametric.knots import KnotVector
 from parametric.parameters import Array
 from parametric.surface import ParametricSurface
@@ -19,8 +20,8 @@ def graph(z: Any, x: ArrayLike, y: ArrayLike, *, pieces: str = "one") -> Paramet
 
     Parameters
     ----------
-    z : heights (p+1, q+1) at the grid, or a sympy expression in x and y
-    x, y : increasing coordinates (p+1,) and (q+1,) of the grid; for an expression the intervals (x0, x1), (y0, y1)
+    z : heights (p+1, q+1) at the grid, a sympy expression in x and y, or a callable z(x, y)
+    x, y : increasing coordinates (p+1,) and (q+1,) of the grid; otherwise the intervals (x0, x1), (y0, y1)
     pieces : how heights are joined
         "one": the one polynomial sum b_mn x^m y^n of degree (p, q) through all of them. Its degree grows with the
         grid, and on an even grid it may swing far beyond the heights near the edges (Runge 1901): for
@@ -37,6 +38,8 @@ def graph(z: Any, x: ArrayLike, y: ArrayLike, *, pieces: str = "one") -> Paramet
         raise ValueError(f"pieces must be one of {', '.join(PIECES)}, got {pieces!r}")
     if hasattr(z, "free_symbols"):
         return _of_expression(z, x, y)
+    if callable(z):
+        return FunctionSurface(lambda a, b: (a, b, z(a, b)), np.array([x, y], dtype=float))
     heights, places = np.array(z, dtype=float), (_increasing(x, "x"), _increasing(y, "y"))
     sizes = tuple(p.size for p in places)
     if heights.shape != sizes or not np.isfinite(heights).all():

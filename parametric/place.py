@@ -96,6 +96,10 @@ class MovedCurve(ParametricCurve):
         """The derivative of that order, (..., 3)."""
         return move_derivative(self.curve.derivative(t, order), self.matrix, order)
 
+    def restrict(self, start: float, end: float) -> "MovedCurve":
+        """The part on [start, end], with the same parameter."""
+        return MovedCurve(self.curve.restrict(start, end), self.matrix)
+
     def to_nurbs(self) -> "BSplineCurve":
         """The curve as a B-spline."""
         return self.curve.to_nurbs().transform(self.matrix)

@@ -131,6 +131,15 @@ def test_graph_of_a_formula():
     surface = graph(sympy.sin(x) * y, (0, 2), (1, 3))
     near(surface(0.5, 2.0), [0.5, 2, 2 * np.sin(0.5)])
     assert surface.domain == ((0, 2), (1, 3))
+    numeric = graph(lambda a, b: np.sin(a) * b, (0, 2), (1, 3))
+    a, b = np.linspace(0, 2, 9), np.linspace(1, 3, 9)
+    near(numeric(a, b), surface(a, b))
+    for order in ((1, 0), (0, 1), (1, 1)):
+        near(
+            numeric.derivative(a[:, None], b, *order),
+            surface.derivative(a[:, None], b, *order),
+            10.0 ** (5 * sum(order) / 2 - 12),
+        )
 
 
 @pytest.mark.parametrize(
@@ -150,6 +159,7 @@ def test_graph_of_a_formula():
             lambda: graph(HEIGHTS, Y, X),
             r"of shape \(4, 5\) to match x and y, got shape \(5, 4\)",
         ),
+        (lambda: graph(lambda a, b: np.nan, (0, 1), (0, 1)), "function must return three finite coordinates"),
         (lambda: graph(HEIGHTS, X[::-1], Y), "x must be two or more increasing numbers"),
         (lambda: graph(sympy.Symbol("w"), (0, 1), (0, 1)), "z may only depend on x and y, but contains w"),
     ],

@@ -164,6 +164,21 @@ def test_conic_derivatives_against_sympy():
             near(curve.derivative(0.4, order), expected, 1e-10)
 
 
+def test_parts_of_conics_keep_their_parameter_and_are_exact():
+    whole = ellipse(3, 2)
+    for curve in (whole, whole.over((0, 1)), whole.transform(rotation((1, 2, 3), 0.4)), whole.reversed()):
+        cut = curve.domain[1] / 3
+        first, second = curve.split(cut)
+        assert (first.domain[1], second.domain[0]) == (cut, cut)
+        where = np.linspace(0, cut, 9)
+        near(first(where), curve(where))
+        near(first.to_nurbs()([0.0, cut]), curve([0.0, cut]))
+        assert first.elevate().degree == 3
+        assert len(curve.bezier_pieces()) == 4
+    with pytest.raises(ValueError, match="a part of a FormulaCurve is no rational curve"):
+        helix(1, 1).split(1.0)[0].to_nurbs()
+
+
 def test_expressions_of_a_revolution():
     x, y, z = revolve(circle(1, (0, 3))).expressions()
     assert sympy.simplify((x**2 + y**2 + z**2 + 8) ** 2 - 36 * (y**2 + z**2)) == 0
