@@ -104,3 +104,14 @@ def random_quilt(rng, m, n, degree=3):
             net = net[:, ::-1]
         quilt.append(BezierSurface(net))
     return quilt
+
+
+def moebius_patches():
+    """Four bilinear patches of a strip with one side."""
+
+    def across(k, w):
+        t = k * np.pi / 2
+        reach = 2 + w * np.cos(t / 2)
+        return reach * np.cos(t), reach * np.sin(t), w * np.sin(t / 2)
+
+    return [BezierSurface([[across(k, -1), across(k, 1)], [across(k + 1, -1), across(k + 1, 1)]]) for k in range(4)]

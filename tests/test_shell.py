@@ -10,6 +10,7 @@ from tests.solids import (
     box_patches,
     disc_patches,
     hemisphere_patches,
+    moebius_patches,
     random_quilt,
     reparametrized,
     torus_patches,
@@ -104,16 +105,7 @@ def test_surfaces_that_touch_in_a_point_stay_apart():
 
 
 def test_a_moebius_strip_has_one_side():
-    def quarter(k):
-        a, b = k * np.pi / 2, (k + 1) * np.pi / 2
-        ring = lambda t, w: (
-            (2 + w * np.cos(t / 2)) * np.cos(t),
-            (2 + w * np.cos(t / 2)) * np.sin(t),
-            w * np.sin(t / 2),
-        )
-        return BezierSurface([[ring(a, -1), ring(a, 1)], [ring(b, -1), ring(b, 1)]])
-
-    shell = Shell([quarter(k) for k in range(4)])
+    shell = Shell(moebius_patches())
     assert kinds(shell)[:2] == (4, 8) and not shell.orientable and not shell.closed
 
 
