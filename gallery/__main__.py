@@ -49,6 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--size", type=_size, default=(640, 480), metavar="WxH", help="of the pictures (640x480)")
     render.add_argument("--quality", choices=("draft", "normal", "fine"), default="normal", help="(%(default)s)")
     render.add_argument("--jobs", type=_count, default=_processors(), help="processes side by side (%(default)s)")
+    render.add_argument("--poster", type=Path, metavar="FILE.png", help="all pictures side by side in one file")
     render.set_defaults(run=commands.render)
 
     listing = verbs.add_parser("list", help="the surfaces and what is known of them")

@@ -44,6 +44,7 @@ class Card:
 
     name: str
     picture: str = ""
+    renderer: str = ""
     degree: int | None = None
     singular_points: int | None = None
     types: str = ""
@@ -78,13 +79,14 @@ def make_card(name: str, job: Job) -> Card:
 
 
 def _draw(entry: Entry, job: Job) -> Card:
-    from implicit.show import render
+    from implicit.show import find_renderer, render
 
+    renderer = find_renderer() if job.renderer == "auto" else job.renderer
     maker = implicit_card if entry.kind == "implicit" else parametric_card
     card, things = maker(entry, job.quality)
     picture = f"{entry.name}.png"
-    render(things, job.folder / picture, size=job.size, look=entry.look, renderer=job.renderer)
-    return replace(card, picture=picture, contradictions=contradictions(card, entry.facts))
+    render(things, job.folder / picture, size=job.size, look=entry.look, renderer=renderer)
+    return replace(card, picture=picture, renderer=renderer, contradictions=contradictions(card, entry.facts))
 
 
 def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None) -> tuple[Card, list[object]]:

@@ -28,7 +28,7 @@ def warn(text: object) -> None:
 def render(options: Namespace) -> int:
     """Draw surfaces on one page."""
     from gallery.cards import Job
-    from gallery.sheet import render_sheet
+    from gallery.sheet import render_sheet, write_poster
 
     names = list(dict.fromkeys(find(name).name for name in options.names)) or list(catalog())
     job = Job(options.out, options.size, options.quality)
@@ -37,6 +37,8 @@ def render(options: Namespace) -> int:
     for card in bad:
         for text in filter(None, (card.failure, *card.contradictions)):
             warn(f"{card.name}: {text}")
+    if options.poster is not None:
+        write_poster(cards, options.out, options.poster)
     say(options.out / "index.html")
     return 3 if bad else 0
 

@@ -133,6 +133,18 @@ def test_the_distance_from_a_mesh_is_that_of_the_nearest_triangle() -> None:
     assert parametric_distance(mesh, (surface,), 10) == pytest.approx(max(brute), rel=1e-12)
 
 
+def test_the_poster_has_the_pictures_in_rows(tmp_path: Path) -> None:
+    from PIL import Image
+
+    made = sheet.render_sheet(["sphere", "torus", "bezier_patch"], Job(tmp_path, (80, 60), "draft"))
+    sheet.write_poster(made, tmp_path, tmp_path / "poster.png", columns=2)
+    poster = Image.open(tmp_path / "poster.png")
+    assert poster.size == (80, 60)
+    assert poster.getpixel((79, 59)) == (255, 255, 255)  # the fourth place is empty
+    with pytest.raises(ValueError, match="at least one picture"):
+        sheet.write_poster([Card("sphere", failure="no")], tmp_path, tmp_path / "none.png")
+
+
 class Tags(HTMLParser):
     """What tags a page has, and whether they are balanced."""
 
