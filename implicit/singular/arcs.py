@@ -33,23 +33,23 @@ def _dense(terms: dict[int, fmpq]) -> fmpq_poly:
     return fmpq_poly([terms.get(n, fmpq(0)) for n in range(max(terms, default=0) + 1)])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
-    """An irreducible part of a projected curve."""
+    """An irreducible part of a projected curve; (x, y, z) = turn (X, Y, Z) in the units of the surface."""
 
     projection: Projection
-    polynomial: fmpq_mpoly
     field: Field
+    turn: Floats
+
+    @property
+    def polynomial(self) -> fmpq_mpoly:
+        """The polynomial in X and Y."""
+        return self.projection.plane
 
     @cached_property
     def _rows(self) -> list[list[fmpq_poly]]:
         p = self.projection
-        return [rows(q) for q in (self.polynomial, p.plane.derivative(1), p.height, p.number)]
-
-    @cached_property
-    def turn(self) -> Floats:
-        """(x, y, z) = turn (X, Y, Z)."""
-        return np.array(self.projection.turn, dtype=float)
+        return [rows(q) for q in (p.plane, p.plane.derivative(1), p.height, p.number)]
 
     def roots(self, at: fmpq) -> list[arb]:
         """The real Y over a value of X, ascending."""
@@ -215,9 +215,9 @@ def _resample(nodes: Floats, values: Floats, tolerance: float, longest: float) -
     return s, points
 
 
-def plane_range(turn: Sequence[Sequence[int]], box: Floats) -> tuple[float, float]:
+def plane_range(turn: Floats, box: Floats) -> tuple[float, float]:
     """The least and greatest X in a box."""
-    inverse = np.linalg.inv(np.array(turn, dtype=float))[0]
+    inverse = np.linalg.inv(turn)[0]
     corners = np.where(inverse > 0, box[::-1], box)
     pad = 1e-3 * float((box[1] - box[0]).max())
     return float(corners[1] @ inverse) - pad, float(corners[0] @ inverse) + pad

@@ -26,8 +26,9 @@ def shape_of(part: Part) -> Shape:
     degree = part.polynomial.total_degree()
     shape = _line(part) if degree == 1 else _plane_curve(part)
     if shape is None:
-        projection = part.projection
-        return Shape((projection.in_space(part.polynomial), projection.graph()), None)
+        p = part.projection
+        graph = p.forms()[2] * p.in_space(p.plane.derivative(1)) - p.in_space(p.height)
+        return Shape((p.in_space(p.plane), graph), None)
     return shape
 
 

@@ -15,6 +15,8 @@ from implicit.singular.form import Form
 from implicit.singular.leaves import Values, count_leaves, turning_points
 from implicit.singular.projection import project
 from implicit.singular.region import Deadline
+from implicit.singular.rest import real_points
+from implicit.singular.twist import Twist, untwist
 
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
@@ -41,20 +43,28 @@ class Curves:
     curves: list[Curve]
     solitary: list[Floats]
     shapes: list[tuple[fmpq_mpoly, ...]]
+    twist: Twist
+
+    def other_points(self) -> Floats | None:
+        """All real singular points (n, 3) off the curves, if they could be found exactly."""
+        found = real_points(self.twist.form, self.shapes)
+        return None if found is None else found * self.twist.scale
 
 
 def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:
     """All curves of singular points in the bounds; None where they could not be found exactly or in time."""
-    projection = project(form, deadline)
+    twist = untwist(form)
+    projection = project(twist.form, deadline)
     if projection is None:
         return None
     box, size = bounds.box.corners, bounds.size
-    parts = [Part(projection, p, form.field) for p in projection.parts]
+    turn = twist.scale[:, None] * np.array(projection.turn)
+    parts = [Part(p, twist.form.field, turn) for p in projection.parts]
     shapes: list[Shape] = [shape_of(part) for part in parts]
     arcs: list[Arc] = []
     solitary: list[Floats] = []
     for part in parts:
-        breaks = breaks_of(part, parts, plane_range(projection.turn, box))
+        breaks = breaks_of(part, parts, plane_range(turn, box))
         found = trace(part, breaks, _CHORD * size, size / 32, deadline)
         if found is None:
             return None
@@ -71,14 +81,21 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     for chain in chains:
         for piece in clip(chain, bounds, np.array(special).reshape(-1, 3)):
             shape = shapes[parts.index(chain.part)]
-            curves.append(_curve(piece, shape, form, size))
-    return Curves(curves, solitary, [shape.equations for shape in shapes])
+            expression = shape.expression and _in_units(shape.expression, twist)
+            curves.append(_curve(piece, expression, form, size))
+    return Curves(curves, solitary, [shape.equations for shape in shapes], twist)
 
 
 def _apart(point: Floats, others: list[Floats], tolerance: float) -> bool:
     return all(float(np.abs(point - other).max()) > tolerance for other in others)
 
 
-def _curve(piece: Chain, shape: Shape, form: Form, size: float) -> Curve:
-    special = piece.polyline[sorted(piece.special)].reshape(-1, 3)
-    return Curve(piece.polyline, piece.closed, shape.expression, special, count_leaves(piece, form, size))
+def _in_units(expression: Triple, twist: Twist) -> Triple:
+    x, y, z = (sympy.expand(c * s) for c, s in zip(expression, twist.symbols, strict=True))
+    return x, y, z
+
+
+def _curve(piece: Chain, expression: Triple | None, form: Form, size: float) -> Curve:
+    marks = piece.polyline[sorted(piece.special)].reshape(-1, 3)
+    special = marks[np.sort(np.unique(marks, axis=0, return_index=True)[1])]
+    return Curve(piece.polyline, piece.closed, expression, special, count_leaves(piece, form, size))

@@ -12,7 +12,6 @@ from implicit.singular.form import Form
 from implicit.singular.kinds import SingularCurve, SingularLocus, SingularPoint
 from implicit.singular.points import search_nodes
 from implicit.singular.region import Deadline
-from implicit.singular.rest import real_points
 
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
@@ -51,7 +50,7 @@ class Investigation:
         if curves is None or not len(boxes) or self.deadline.passed:
             return boxes
         self._add_curves(curves)
-        others = real_points(self.form, curves.shapes)
+        others = curves.other_points()
         if others is not None and self._all_found(others) and not self._stray(boxes).any():
             return boxes[:0]
         return boxes

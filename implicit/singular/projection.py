@@ -35,10 +35,6 @@ class Projection:
     number: fmpq_mpoly
     turn: tuple[tuple[int, ...], ...]
 
-    def graph(self) -> fmpq_mpoly:
-        """Z dP/dY - R as a polynomial in x, y, z."""
-        return self.forms()[2] * self.in_space(self.plane.derivative(1)) - self.in_space(self.height)
-
     def forms(self) -> list[fmpq_mpoly]:
         """X, Y and Z in terms of x, y, z."""
         inverse = fmpq_mat([[fmpq(c) for c in row] for row in self.turn]).inv()
@@ -50,9 +46,22 @@ class Projection:
         return p.compose(*self.forms()[:2], ctx=RATIONAL)
 
     @cached_property
-    def parts(self) -> list[fmpq_mpoly]:
-        """The irreducible factors of P over Q."""
-        return [p for p, _ in self.plane.factor()[1]]
+    def parts(self) -> list["Projection"]:
+        """The same for each irreducible factor of P over Q."""
+        return [self._restricted(p) for p, _ in self.plane.factor()[1]]
+
+    def _restricted(self, p: fmpq_mpoly) -> "Projection":
+        """R' with Z dp/dY = R' on the part p: as P = p q, there R = Z dp/dY q, so R' q = R modulo p."""
+        q = divmod(self.plane, p)[0]
+        degree = int(p.total_degree())
+        x, y = PLANE.gens()
+        basis = [x**i * y**j for i in range(degree) for j in range(degree + 1 - i)]
+        columns = [divmod(m * q, p)[1] for m in basis]
+        solved = []
+        for value in (self.height, self.number):
+            weights = _combination(columns, divmod(value, p)[1])
+            solved.append(sum((m * c for m, c in zip(basis, weights, strict=True)), start=x * 0))
+        return Projection(p, solved[0], solved[1], self.turn)
 
 
 def project(form: Form, deadline: Deadline) -> Projection | None:
@@ -71,6 +80,21 @@ def turned(equations: list[fmpq_mpoly], turn: tuple[tuple[int, ...], ...]) -> li
     gens = RATIONAL.gens()
     images = [sum((g * c for g, c in zip(gens[:3], row, strict=True)), start=gens[0] * 0) for row in turn]
     return [e.compose(*images, *gens[3:], ctx=RATIONAL) for e in equations]
+
+
+def _combination(columns: list[fmpq_mpoly], target: fmpq_mpoly) -> list[fmpq]:
+    """The weights of columns that add up to the target."""
+    tables = [c.to_dict() for c in (*columns, target)]
+    keys = sorted({m for table in tables for m in table})
+    reduced, rank = fmpq_mat([[table.get(m, fmpq(0)) for table in tables] for m in keys]).rref()
+    weights, column = [fmpq(0)] * len(columns), 0
+    for row in range(rank):
+        while reduced[row, column] == 0:
+            column += 1
+        if column == len(columns):
+            raise ArithmeticError("a coordinate of a curve is no polynomial on a part of it")
+        weights[column] = reduced[row, len(columns)]
+    return weights
 
 
 Slice = tuple[fmpq_poly, fmpq_poly, fmpq_poly]
