@@ -15,6 +15,8 @@ from implicit.singular import SingularLocus, SingularPoint
 from tests.singular_cases import case_of, residual, topology, truth_of
 
 NODES = ("double_cone", "dingdong", "source_1", "cayley", "spindle_torus")
+OTHERS = ("A2", "A3m", "D4p", "source_2_intended")
+CURVES = ("source_2_printed", "source_3_conoid", "whitney", "cuspidal_edge", "two_spheres_crossing", "three_planes")
 
 
 @pytest.mark.parametrize("name", NODES)
@@ -27,6 +29,25 @@ def test_nodes_are_vertices_with_their_cones(name: str) -> None:
     assert mesh.unresolved is not None and len(mesh.unresolved) == 0
     assert residual(surface, mesh) <= 1e-12 * ball.radius
     assert np.linalg.norm(surface.gradient(mesh.vertices[mesh.points]), axis=1).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", OTHERS + CURVES)
+def test_singular_sets_are_parts_of_the_mesh(name: str) -> None:
+    surface, ball = case_of(name)
+    mesh = conforming(surface, ball, 20)
+    found = topology(mesh)
+    assert found.pop("crowded") == 0
+    assert found == truth_of(name)
+    assert mesh.unresolved is not None and len(mesh.unresolved) == 0
+    assert residual(surface, mesh) <= 1e-10 * ball.radius
+    for indices in (mesh.points, *mesh.curves):
+        assert np.linalg.norm(surface.gradient(mesh.vertices[indices]), axis=1).max(initial=0) < 1e-10
+
+
+def test_curves_run_to_the_boundary() -> None:
+    mesh = conforming(Surface("x^2 = y^2 z"), Ball(1), 20)
+    ends = np.array([mesh.vertices[curve[[0, -1]], 2] for curve in mesh.curves])
+    assert np.sort(ends.ravel()) == pytest.approx([-1, 0, 0, 1], abs=1e-12)
 
 
 def test_polygonize_takes_the_method() -> None:

@@ -1,0 +1,129 @@
+"""Arcs of singular curves: between special points, closed, or out of the bounds."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.polygonizers.conforming.local import Local
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_SPACING = 0.1
+"""Nodes of an arc are at most so many cells apart."""
+_EXACT = 1e-10
+"""A gradient that counts as none, as a share of those a cell away."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A curve through `nodes` (n, 3), in lattice units, with a parameter that counts nodes.
+
+    start, end: rows of the special points at its ends, -1 where there is none. curve: the row of the singular curve.
+    """
+
+    local: Local
+    nodes: FloatArray
+    closed: bool
+    start: int
+    end: int
+    curve: int
+
+    @property
+    def last(self) -> float:
+        """The parameter of the last node."""
+        return float(len(self.nodes) - 1)
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """The length (n,) from the start to each node."""
+        return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.nodes, axis=0), axis=1)))
+
+    def places(self, parameters: FloatArray) -> FloatArray:
+        """Points (n, 3) of the singular curve at parameters (n,)."""
+        t = parameters % self.last if self.closed else np.clip(parameters, 0, self.last)
+        row = np.minimum(t.astype(np.int64), len(self.nodes) - 2)
+        a, b = self.nodes[row], self.nodes[row + 1]
+        exact = t == row
+        chord = np.where(exact[:, None], a, a + (b - a) * (t - row)[:, None])
+        result = project(self.local, chord)
+        missed = np.isnan(result[:, 0])
+        nearest = np.where((t - row < 0.5)[:, None], a, b)
+        return np.where(missed[:, None], nearest, result)
+
+    def tangents(self, parameters: FloatArray) -> FloatArray:
+        """Unit tangents (n, 3) at parameters (n,)."""
+        t = parameters % self.last if self.closed else np.clip(parameters, 0, self.last - 1e-9)
+        row = np.minimum(t.astype(np.int64), len(self.nodes) - 2)
+        way = self.nodes[row + 1] - self.nodes[row]
+        return np.asarray(way / np.linalg.norm(way, axis=1, keepdims=True))
+
+
+def project(local: Local, points: FloatArray) -> FloatArray:
+    """The points (n, 3) moved to where grad f = 0 by Newton's steps of least length; nan where that does not work."""
+    typical = _typical(local, points)
+    start = points
+    slopes = local.gradients(points)[1]
+    for _ in range(30):
+        wrong = np.flatnonzero(np.linalg.norm(slopes, axis=1) > 1e-3 * _EXACT * typical)
+        if not len(wrong):
+            break
+        inverse = np.linalg.pinv(local.hessians(points[wrong]), rcond=1e-3)
+        moved = points[wrong] - np.einsum("nij,nj->ni", inverse, slopes[wrong])
+        fresh = local.gradients(moved)[1]
+        better = np.linalg.norm(fresh, axis=1) < np.linalg.norm(slopes[wrong], axis=1)
+        if not better.any():
+            break
+        points, slopes = points.copy(), slopes.copy()
+        points[wrong[better]], slopes[wrong[better]] = moved[better], fresh[better]
+    bad = (np.linalg.norm(slopes, axis=1) > _EXACT * typical) | (np.linalg.norm(points - start, axis=1) > 0.3)
+    return np.where(bad[:, None], np.nan, points)
+
+
+def _typical(local: Local, points: FloatArray) -> FloatArray:
+    """The median gradient a cell away from each point."""
+    around = points[:, None] + np.concatenate([np.eye(3), -np.eye(3)])
+    return np.median(np.linalg.norm(local.gradients(around)[1], axis=2), axis=1)
+
+
+def find_arcs(local: Local, polylines: list[tuple[FloatArray, bool]], special: FloatArray, beyond: float) -> list[Arc]:
+    """The arcs of curves (nodes, closed) up to so many cells beyond the bounds, split at the special points (k, 3)."""
+    arcs: list[Arc] = []
+    for number, (nodes, closed) in enumerate(polylines):
+        line = nodes
+        if closed and np.linalg.norm(line[0] - line[-1]) > 1e-9:
+            line = np.concatenate([line, line[:1]])
+        line = _dense(local, line)
+        stops = np.full(len(line), -1)
+        for row, point in enumerate(special):
+            stops[np.linalg.norm(line - point, axis=1) < 1e-6] = row
+        if closed and (stops >= 0).any():
+            turn = int(np.argmax(stops >= 0))
+            line = np.concatenate([line[turn:-1], line[: turn + 1]])
+            stops = np.concatenate([stops[turn:-1], stops[: turn + 1]])
+            closed = False
+        inside = local.heights(line) < beyond
+        closed = closed and bool(inside.all())
+        breaks = np.flatnonzero((stops[1:-1] >= 0) | ~inside[1:-1]) + 1
+        cuts = [0, *breaks.tolist(), len(line) - 1]
+        for first, last in pairwise(cuts):
+            if inside[first : last + 1].any() and last > first + 1:
+                piece = line[first : last + 1]
+                arcs.append(Arc(local, piece, closed, int(stops[first]), int(stops[last]), number))
+    return arcs
+
+
+def _dense(local: Local, line: FloatArray) -> FloatArray:
+    """The polyline with more nodes on the curve between those that are far apart."""
+    parts = [line[:1]]
+    for a, b in pairwise(line):
+        count = int(np.ceil(np.linalg.norm(b - a) / _SPACING))
+        between = a + (b - a) * (np.arange(1, count) / max(count, 1))[:, None]
+        if count > 1:
+            moved = project(local, between)
+            parts.append(moved[~np.isnan(moved[:, 0])])
+        parts.append(b[None])
+    return np.concatenate(parts)

@@ -1,0 +1,186 @@
+"""The link of a special point: a triangulated sphere round it, fine enough to see where the surface meets it.
+
+The inside of the sphere is filled with the cone from the point over its triangles, so the mesh there is the cone over
+the curve that the triangles see. The triangles are refined where an edge is crossed more than once, or where the
+gradient along the sphere turns too far for a triangle that the curve may meet.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, cKDTree
+
+from implicit.polygonizers.conforming.local import Local, frame, pairs_of, spread, unit_rows
+from implicit.polygonizers.conforming.ring import Circle, beside, crossings, stable
+from implicit.topology import count_components
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_ROUNDS = 30
+_BUDGET = 3000
+_SHARES = np.linspace(0, 1, 10)[1:-1]
+_PLACES = np.array([(6, 0, 0), (0, 6, 0), (0, 0, 6), (3, 3, 0), (0, 3, 3), (3, 0, 3), (2, 2, 2)]) / 6
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A sphere's vertices as directions (n, 3), those of the exits of curves first, and its triangles.
+
+    rims: the radius (angle) of the ring of vertices round each exit. sheets: how many sheets meet at each exit.
+    topology: components and Euler characteristic of the curve seen. resolved: whether nothing was left to refine.
+    """
+
+    directions: FloatArray
+    triangles: IntArray
+    rims: FloatArray
+    sheets: IntArray
+    topology: tuple[int, int]
+    resolved: bool
+    plain: int
+
+
+def find_link(
+    local: Local, point: FloatArray, radius: float, exits: FloatArray, spacing: float, rng: np.random.Generator
+) -> Link:
+    """The link on the sphere of a radius, refined from points about `spacing` apart; exits (k, 3) are directions."""
+    plain = int(4 * np.pi / (0.8 * spacing**2))
+    points = spread(plain, rng)
+    rings, rims, sheets = [], [], []
+    settled = True
+    for i, exit_ in enumerate(exits):
+        others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
+        widest = min(0.5 * spacing, 0.4 * others.min(initial=9.0))
+        circle = Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius))
+        found, count = stable(local, circle, 1e-3 * circle.radius)
+        settled &= found is not None
+        circle = found or circle
+        rings.append(unit_rows(circle.at(beside(crossings(local, circle))) - point))
+        rims.append(circle.radius / radius)
+        sheets.append(count)
+    rim = np.array(rims)
+    for exit_, reach in zip(exits, rim, strict=True):
+        points = points[np.linalg.norm(points - exit_, axis=1) > 1.35 * reach]
+    points = np.concatenate([exits.reshape(-1, 3), *rings, points, *_graded(exits, rim, spacing, rng)])
+    points, clean = _refine(local, point, radius, points, exits, rim, spacing, rng)
+    triangles = ConvexHull(points).simplices.astype(np.int64)
+    topology = _topology(local.signs(point + radius * points), triangles, len(exits))
+    return Link(points, triangles, rim, np.array(sheets, np.int64), topology, clean and settled, plain)
+
+
+def _graded(exits: FloatArray, rims: FloatArray, spacing: float, rng: np.random.Generator) -> list[FloatArray]:
+    """Rings of growing radius round the exits, up to the plain spacing."""
+    result = []
+    for exit_, rim in zip(exits, rims, strict=True):
+        reach = 2.0 * rim
+        u, v = frame(exit_)
+        while reach < 1.2 * spacing:
+            turn = 2 * np.pi * (np.arange(9) + rng.random()) / 9
+            ring = unit_rows(exit_ + reach * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v))
+            away = np.linalg.norm(ring[:, None] - exits, axis=2) > 1.35 * rims
+            result.append(ring[away.all(axis=1)])
+            reach *= 1.8
+    return result
+
+
+def _refine(
+    local: Local, point: FloatArray, radius: float, points: FloatArray, exits: FloatArray, rims: FloatArray,
+    spacing: float, rng: np.random.Generator,
+) -> tuple[FloatArray, bool]:  # fmt: skip
+    """The directions with more among them until the triangles pass; whether they do within the budget."""
+    for _ in range(_ROUNDS):
+        triangles = ConvexHull(points).simplices
+        new = np.concatenate(
+            [
+                _crossed_edges(local, point, radius, points, triangles, len(exits)),
+                _turning_triangles(local, point, radius, points, triangles, exits, rims),
+            ]
+        )
+        if not len(new):
+            return points, True
+        new = unit_rows(new + rng.normal(size=new.shape) * 1e-3 * spacing)
+        new = new[(np.linalg.norm(new[:, None] - exits, axis=2) > 1.15 * rims).all(axis=1)]
+        gap = cKDTree(points).query(new)[0]
+        new = new[gap > 1e-4]
+        if len(new):
+            close = cKDTree(new).query_pairs(0.35 * float(np.median(gap)), output_type="ndarray")
+            new = np.delete(new, np.unique(close[:, 1]), axis=0)
+        if not len(new) or len(points) + len(new) > _BUDGET:
+            return points, False
+        points = np.concatenate([points, new])
+    return points, False
+
+
+def _signs(local: Local, places: FloatArray, exits: int) -> IntArray:
+    signs = local.signs(places)
+    signs[:exits] = 0
+    return signs
+
+
+def _crossed_edges(
+    local: Local, point: FloatArray, radius: float, points: FloatArray, triangles: IntArray, exits: int
+) -> FloatArray:
+    """Points on the edges that are crossed more than once, in the part of the other sign."""
+    signs = _signs(local, point + radius * points, exits)
+    edges = pairs_of(triangles)
+    edges = edges[(signs[edges] != 0).all(axis=1)]
+    a, b = points[edges[:, 0], None], points[edges[:, 1], None]
+    between = unit_rows(a + (b - a) * _SHARES[:, None])
+    inner = local.signs(point + radius * between)
+    row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
+    return middle_of_other(between, inner, row)
+
+
+def middle_of_other(between: FloatArray, inner: IntArray, row: IntArray) -> FloatArray:
+    """For edges with more than one change of sign in `row`, the middle sample whose sign is not that of the start."""
+    bad = np.count_nonzero(np.diff(row, axis=1), axis=1) > 1
+    other = inner[bad] != row[bad, :1]
+    rank = np.cumsum(other, axis=1)
+    middle = np.argmax(rank > rank[:, -1:] // 2, axis=1)
+    return np.asarray(between[bad][np.arange(len(middle)), middle]).reshape(-1, 3)
+
+
+def _turning_triangles(
+    local: Local, point: FloatArray, radius: float, points: FloatArray, triangles: IntArray, exits: FloatArray,
+    rims: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """The middles of triangles away from the exits that the curve may meet and in which it may turn too far."""
+    away_from_exits = triangles[(triangles >= len(exits)).all(axis=1)]
+    corners = points[away_from_exits]
+    places = unit_rows(np.einsum("kb,tbc->tkc", _PLACES, corners))
+    values, slopes = local.gradients(point + radius * places)
+    slopes = radius * (slopes - (slopes * places).sum(axis=-1, keepdims=True) * places)
+    steep = np.linalg.norm(slopes, axis=-1)
+    wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
+    clear = np.abs(values).min(axis=1) > 0.75 * steep.max(axis=1) * wide
+    unit = unit_rows(slopes)
+    turn = np.einsum("tkc,tlc->tkl", unit, unit).min(axis=(1, 2))
+    signs = np.where(values < 0, -1, 1)
+    odd = (np.abs(signs[:, :3].sum(axis=1)) == 3) & (np.abs(signs.sum(axis=1)) < len(_PLACES))
+    bad = (~clear & (turn < 0.1)) | odd
+    middles = places[:, -1]
+    near = (np.linalg.norm(middles[:, None] - exits, axis=2) < 1.7 * rims).any(axis=1)
+    return middles[bad & ~near]
+
+
+def _topology(signs: IntArray, triangles: IntArray, exits: int) -> tuple[int, int]:
+    """Components and Euler characteristic of the curve that the triangles see."""
+    signs = signs.copy()
+    signs[:exits] = 0
+    size = len(signs)
+    segments = []
+    for triangle in triangles:
+        ends = [int(i) * size + int(i) for i in triangle if signs[i] == 0]
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            a, b = int(triangle[i]), int(triangle[j])
+            if signs[a] * signs[b] < 0:
+                ends.append(min(a, b) * size + max(a, b))
+        if len(ends) == 2:
+            segments.append(ends)
+    if not segments:
+        return 0, 0
+    used, renamed = np.unique(np.array(segments), return_inverse=True)
+    edges = renamed.reshape(-1, 2)
+    pieces = count_components(np.zeros((0, 3), np.int64), edges, np.zeros(0, np.int64), len(used))[1]
+    return pieces, len(used) - len(edges)

@@ -1,0 +1,81 @@
+"""The surface in lattice units, and small tools for places on circles and spheres."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.evaluate import Field
+from implicit.polygonizers.clip import Rim
+from implicit.polygonizers.conforming.grid import Grid
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_GOLDEN = np.pi * (1 + 5**0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """f with places in lattice units; points (..., 3). walls: the boundary of the bounds."""
+
+    field: Field
+    grid: Grid
+    walls: tuple[Rim, ...]
+
+    def heights(self, units: FloatArray) -> FloatArray:
+        """How many cells (n,) places (n, 3) lie outside the bounds; negative inside."""
+        points = self.grid.to_points(units)
+        return np.max([wall.heights(points) for wall in self.walls], axis=0) / self.grid.step
+
+    def values(self, units: FloatArray) -> FloatArray:
+        """The values (...,)."""
+        flat = self.grid.to_points(np.ascontiguousarray(units).reshape(-1, 3))
+        return self.field.values(flat).reshape(units.shape[:-1])
+
+    def signs(self, units: FloatArray) -> IntArray:
+        """-1 inside, 1 outside or on the surface, as the sweep has it."""
+        return np.where(self.values(units) < 0, -1, 1)
+
+    def gradients(self, units: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The values (...,) and gradients (..., 3) for places in lattice units."""
+        flat = self.grid.to_points(np.ascontiguousarray(units).reshape(-1, 3))
+        values, gradients = self.field.gradients(flat)
+        return values.reshape(units.shape[:-1]), gradients.reshape(units.shape) * self.grid.step
+
+    def hessians(self, units: FloatArray) -> FloatArray:
+        """The second derivatives (n, 3, 3) for places (n, 3)."""
+        return self.field.hessians(self.grid.to_points(units)) * self.grid.step**2
+
+
+def frame(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors at right angles to a unit vector and to each other."""
+    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    u = np.cross(direction, helper)
+    u /= np.linalg.norm(u)
+    return u, np.cross(direction, u)
+
+
+def spread(count: int, rng: np.random.Generator) -> FloatArray:
+    """So many points (n, 3) spread evenly over the unit sphere, turned at random."""
+    i = np.arange(count) + 0.5
+    polar, turn = np.arccos(1 - 2 * i / count), _GOLDEN * i
+    points = np.column_stack([np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)])
+    return np.asarray(points @ np.linalg.qr(rng.normal(size=(3, 3)))[0])
+
+
+def unit_rows(vectors: FloatArray) -> FloatArray:
+    """Vectors (..., 3) of length 1."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300))
+
+
+def pairs_of(simplices: IntArray) -> IntArray:
+    """The edges (n, 2) of simplices (m, k), each once, lower vertex first."""
+    k = simplices.shape[1]
+    ends = np.concatenate([simplices[:, [i, j]] for i in range(k) for j in range(i)])
+    if not len(ends):
+        return np.zeros((0, 2), np.int64)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    size = int(high.max()) + 1
+    keys = np.unique(low * size + high)
+    return np.column_stack([keys // size, keys % size])

@@ -1,0 +1,95 @@
+"""The neighbourhood of the singular points and curves that no block of cells serves: balls, tubes, tetrahedra."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.polygonizers.clip import Rim
+from implicit.polygonizers.conforming.arc import Arc, find_arcs
+from implicit.polygonizers.conforming.ball import find_ball
+from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.refine import Patch, mesh_region
+from implicit.polygonizers.conforming.ring import bisect
+from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
+from implicit.polygonizers.conforming.tube import find_tube
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_RETRIES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhood:
+    """A patch with its skeleton; doubtful (n, 3) places in lattice units, of the patch and of the skeleton."""
+
+    patch: Patch
+    skeleton: Skeleton
+    arcs: list[Arc]
+    doubtful: FloatArray
+
+
+def mesh_neighbourhood(
+    local: Local, special: FloatArray, polylines: list[tuple[FloatArray, bool]], beyond: float
+) -> Neighbourhood:
+    """The mesh round special points (k, 3) and curves, in lattice units; curves go on `beyond` cells past the walls."""
+    rng = np.random.default_rng(5)
+    grid = local.grid
+    arcs = find_arcs(local, polylines, special, beyond)
+    doubtful = []
+    balls = []
+    for row in range(len(special)):
+        ball = find_ball(local, row, special, arcs, _room(local, special[row]), rng)
+        if ball is None or not ball.stable:
+            doubtful.append(special[row])
+        if ball is not None:
+            balls.append(ball)
+    stops = [_wall_parameters(local, arc) for arc in arcs]
+    limits: list[FloatArray] = []
+    for turn in range(_RETRIES + 1):
+        tubes = [find_tube(local, number, arcs, balls, stops[number], limits, rng) for number in range(len(arcs))]
+        skeleton = build_skeleton(balls, [tube for tube in tubes if tube is not None], rng)
+        patch = mesh_region(local, skeleton, grid.cells, rng)
+        if not len(patch.doubtful) or not len(patch.blocked) or not arcs or turn == _RETRIES:
+            break
+        size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
+        limits.append(np.concatenate([patch.blocked, size], axis=1))
+    doubtful += [place for tube in skeleton.tubes if not tube.settled for place in tube.stations]
+    places = np.concatenate([np.array(doubtful).reshape(-1, 3), patch.doubtful, _uneven(skeleton)])
+    return Neighbourhood(patch, skeleton, arcs, places)
+
+
+def _room(local: Local, point: FloatArray) -> float:
+    """How large a ball may be: within the grid, and not across a wall unless its centre is on it."""
+    room = 0.9 * float(np.minimum(point, local.grid.cells - point).min()) - 3
+    for wall in local.walls:
+        height = float(abs(wall.heights(local.grid.to_points(point[None]))[0])) / local.grid.step
+        if height > 1e-6:
+            room = min(room, 0.9 * height)
+    return max(room, 0.05)
+
+
+def _wall_parameters(local: Local, arc: Arc) -> FloatArray:
+    """The parameters at which an arc passes a wall."""
+    found = []
+    t = np.arange(len(arc.nodes), dtype=float)
+    for wall in local.walls:
+        height = wall.heights(local.grid.to_points(arc.nodes))
+        k = np.flatnonzero((height[:-1] < 0) != (height[1:] < 0))
+        low = height[k] < 0
+
+        def as_before(s: FloatArray, wall: Rim = wall, low: NDArray[np.bool_] = low) -> NDArray[np.bool_]:
+            return np.asarray((wall.heights(local.grid.to_points(arc.places(s))) < 0) == low)
+
+        found.append(bisect(as_before, t[k], t[k + 1]))
+    return np.concatenate(found)
+
+
+def _uneven(skeleton: Skeleton) -> FloatArray:
+    """The vertices between two special points of an arc at which the number of sheets changes."""
+    where: dict[int, set[int]] = {}
+    for (a, b), sheets in zip(skeleton.edges.tolist(), skeleton.sheets.tolist(), strict=True):
+        for end in (a, b):
+            where.setdefault(end, set()).add(sheets)
+    return skeleton.on[[end for end, found in where.items() if len(found) > 1 and end >= len(skeleton.balls)]]

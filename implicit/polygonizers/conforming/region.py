@@ -1,0 +1,85 @@
+"""The cells near the singular set as tetrahedra, and pyramids towards the cells of the sweep.
+
+Two neighbouring cells of the region share a square; it and the two centres make four tetrahedra round the line of the
+centres. A square between the region and the sweep is the base of a pyramid with the centre of the region's cell: on it
+the surface is joined by the sweep's own rule, so the two fit without a seam.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.polygonizers.cell import CORNERS, FACES
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_JITTER = 2e-3
+"""Vertices inside are moved by so much of a cell, so that no five lie on one sphere."""
+_FACE_OF = {(axis, side): FACES[2 * axis + side] for axis in range(3) for side in (0, 1)}
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Places (n, 3) in lattice units: `nodes` lattice points (m, 3) first, then the centres of the cells.
+
+    tetrahedra (t, 4); pyramids (p, 5): apex, then the base counter-clockwise seen from outside. cells (c, 3), sorted.
+    """
+
+    places: FloatArray
+    nodes: IntArray
+    tetrahedra: IntArray
+    pyramids: IntArray
+    cells: IntArray
+    size: IntArray
+
+    def holds(self, cells: IntArray) -> NDArray[np.bool_]:
+        """Which cells (n, 3) belong to the region."""
+        own = np.ravel_multi_index(tuple(self.cells.T), tuple(self.size))
+        inside: NDArray[np.bool_] = np.asarray(((cells >= 0) & (cells < self.size)).all(axis=1))
+        asked = np.ravel_multi_index(tuple(np.where(inside[:, None], cells, 0).T), tuple(self.size))
+        return np.logical_and(inside, np.isin(asked, own))
+
+
+def cells_round(places: FloatArray, reach: int, size: IntArray) -> IntArray:
+    """The cells (n, 3) of a lattice of `size` cells within `reach` cells of the cells that hold the places."""
+    mask = np.zeros(tuple(size + 2 * reach), bool)
+    cells = np.floor(places).astype(np.int64)
+    cells = np.unique(cells[((cells >= 0) & (cells < size)).all(axis=1)], axis=0)
+    mask[tuple((cells + reach).T)] = True
+    for axis in range(3):
+        grown = mask.copy()
+        for shift in range(1, reach + 1):
+            grown |= np.roll(mask, shift, axis) | np.roll(mask, -shift, axis)
+        mask = grown
+    return np.argwhere(mask[reach:-reach, reach:-reach, reach:-reach])
+
+
+def build_region(cells: IntArray, size: IntArray) -> Region:
+    """The region of cells (n, 3), sorted, of a lattice of `size` cells."""
+    flat = np.ravel_multi_index(tuple(cells.T), tuple(size))
+    corners = cells[:, None] + np.array(CORNERS)
+    named = np.ravel_multi_index(tuple(corners.reshape(-1, 3).T), tuple(size + 1))
+    keys, numbers = np.unique(named, return_inverse=True)
+    numbers = numbers.reshape(-1, 8)
+    nodes = np.column_stack(np.unravel_index(keys, tuple(size + 1)))
+    centers = len(nodes) + np.arange(len(cells))
+    tetrahedra, pyramids = [], []
+    for (axis, side), face in _FACE_OF.items():
+        beside = cells + (2 * side - 1) * np.eye(3, dtype=np.int64)[axis]
+        inside = (beside[:, axis] >= 0) & (beside[:, axis] < size[axis])
+        other = np.ravel_multi_index(tuple(np.where(inside[:, None], beside, 0).T), tuple(size))
+        place = np.minimum(np.searchsorted(flat, other), len(flat) - 1)
+        shared = inside & (flat[place] == other)
+        base = numbers[:, face]
+        pyramids.append(np.column_stack([centers, base])[~shared])
+        if side:
+            ends = np.column_stack([centers, centers[place]])[shared]
+            tetrahedra += [np.column_stack([ends, base[shared][:, [k, (k + 1) % 4]]]) for k in range(4)]
+    outer = np.concatenate(pyramids)
+    places = np.concatenate([nodes.astype(float), cells + 0.5])
+    free = np.ones(len(places), bool)
+    free[outer[:, 1:].ravel()] = False
+    places[free] += np.random.default_rng(7).uniform(-_JITTER, _JITTER, places.shape)[free]
+    return Region(places, nodes, np.concatenate(tetrahedra), outer, cells, size)
