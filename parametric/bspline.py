@@ -12,7 +12,7 @@ from parametric import refine
 from parametric.basis import combine_points
 from parametric.curve import ParametricCurve
 from parametric.knots import Knots, KnotVector, to_knots
-from parametric.parameters import Array, Interval, to_interval, to_points, to_vector, to_weights
+from parametric.parameters import Array, Interval, flatten, to_interval, to_points, to_vector, to_weights
 from parametric.place import check_affine, move
 
 UNIT = np.array([0.0, 1.0])
@@ -76,7 +76,7 @@ class BSplineCurve(ParametricCurve):
         """The derivative of that order, (..., 3). Order 0 is the point itself."""
         t = self.parameters(t)
         orders = range(order + 1) if self.weights is not None else (order,)
-        sums = [self._combine(t.ravel(), k) for k in orders]
+        sums = [self._combine(flatten(t), k) for k in orders]
         values = sums[0] if self.weights is None else _divide(sums)
         return values.reshape(*t.shape, 3)
 
@@ -85,7 +85,7 @@ class BSplineCurve(ParametricCurve):
         if order not in self._nets:
             patches = refine.derive_patches(self._pieces, self.knots, order, 0, 1)
             self._nets[order] = patches[:, None, :, None]
-        return combine_points(t, np.zeros(t.size), self.knots.breaks, UNIT, self._nets[order], 0)[0]
+        return combine_points(t, np.zeros(t.size), self.knots.ends, UNIT, self._nets[order], 0)[0]
 
     @cached_property
     def _nets(self) -> dict[int, Array]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from parametric.basis import weigh
-from parametric.parameters import Array, Interval, Value
+from parametric.parameters import Array, Interval, Value, flatten, freeze
 
 Knots: TypeAlias = "str | ArrayLike | KnotVector"
 KINDS = ("clamped", "closed", "open")
@@ -69,14 +69,19 @@ class KnotVector(Value):
         return float(self.values[self.degree]), float(self.values[self.functions])
 
     @cached_property
+    def ends(self) -> Array:
+        """`breaks` as the kernels take them, writable: not to be written to."""
+        return np.unique(self.values[self.degree : self.functions + 1])
+
+    @cached_property
     def breaks(self) -> Array:
         """The distinct knots of the domain: ends of the polynomial pieces."""
-        return np.unique(self.values[self.degree : self.functions + 1])
+        return np.asarray(freeze(self.ends.copy()))
 
     @cached_property
     def first(self) -> NDArray[np.int64]:
         """The first of the p+1 functions that live on each span, (spans,)."""
-        return np.searchsorted(self.values, self.breaks[:-1], side="right") - 1 - self.degree
+        return np.asarray(freeze(np.searchsorted(self.values, self.breaks[:-1], side="right") - 1 - self.degree))
 
     @cached_property
     def extraction(self) -> Array:
@@ -111,7 +116,7 @@ class KnotVector(Value):
 
     def weights(self, t: Array, order: int = 0) -> tuple[NDArray[np.int64], Array]:
         """First function (n,) and the p+1 values or derivatives (n, p+1) at parameters t (n,) in the domain."""
-        spans, weights = weigh(np.ascontiguousarray(t), self.breaks, self.table(order))
+        spans, weights = weigh(flatten(t), self.ends, self.table(order))
         return self.first[spans], weights
 
     def design(self, t: ArrayLike, order: int = 0) -> Array:
@@ -119,7 +124,7 @@ class KnotVector(Value):
         first, weights = self.weights(np.asarray(t, dtype=float).ravel(), order)
         matrix = np.zeros((first.size, self.count))
         columns = (first[:, None] + np.arange(self.degree + 1)) % self.count
-        np.add.at(matrix, (np.arange(first.size)[:, None], columns), weights)
+        matrix[np.arange(first.size)[:, None], columns] = weights
         return matrix
 
     def unwrap(self, points: Array, axis: int = 0) -> Array:

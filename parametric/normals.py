@@ -12,6 +12,7 @@ from parametric.surface import Jet, ParametricSurface
 
 VANISHING = 1e-9
 """A cross product below this part of its largest size is taken for zero: half the digits of its direction are lost."""
+NOTHING = np.full(3, np.nan)
 HIGHEST = 4
 """Terms of the expansion of the normal that are tried."""
 
@@ -25,43 +26,55 @@ def unit_normals(surface: ParametricSurface, u: ArrayLike, v: ArrayLike, strict:
     vanishing = ~(lengths > VANISHING * surface.scale[0] * surface.scale[1])
     if not vanishing.any():
         return normals
-    where = (np.broadcast_to(p, lengths.shape)[vanishing].tolist() for p in surface.parameters(u, v))
-    pairs = list(zip(*where))
-    found = {pair: _limit(surface, *pair) for pair in dict.fromkeys(pairs)}
-    lost = [pair for pair, normal in found.items() if normal is None]
-    if lost and strict:
-        at = f"({lost[0][0]:g}, {lost[0][1]:g})"
+    pairs = np.stack([np.broadcast_to(p, lengths.shape)[vanishing] for p in surface.parameters(u, v)], axis=-1)
+    limits = _Limits(surface)
+    found = np.array([limits.at(*pair) for pair in pairs.tolist()])
+    lost = np.isnan(found).any(axis=-1)
+    if lost.any() and strict:
+        at = "({:g}, {:g})".format(*pairs[lost][0])
         raise SingularPointError(f"no normal at (u, v) = {at}: p_u x p_v vanishes without a limit direction")
-    nothing = np.full(3, np.nan)
-    limits = [found[pair] for pair in pairs]
-    normals[vanishing] = [nothing if normal is None else normal for normal in limits]
+    normals[vanishing] = found
     return normals
 
 
-def _limit(surface: ParametricSurface, u: float, v: float) -> Array | None:
-    """The normal that all ways into the point agree on, or None.
+class _Limits:
+    """Limits of normals at singular points of one surface; each collapsed line of the domain is looked at once."""
 
-    Where a whole edge of the domain shrinks to one point, the ways in from every place on that edge must agree.
-    """
-    (u0, u1), (v0, v1) = surface.domain
-    along_u, along_v = np.linspace(u0, u1, 9), np.linspace(v0, v1, 9)
-    places = [(u, v)]
-    if _collapsed(surface.derivative(along_u, v, 1, 0), surface.scale[0]):
-        places += [(float(a), v) for a in along_u]
-    if _collapsed(surface.derivative(u, along_v, 0, 1), surface.scale[1]):
-        places += [(u, float(b)) for b in along_v]
-    normals = [_expand(surface, *place) for place in places]
-    if any(normal is None for normal in normals):
-        return None
-    result = np.array(normals)
-    return result[0] if np.abs(result - result[0]).max() < 1e-6 else None
+    def __init__(self, surface: ParametricSurface) -> None:
+        self.surface = surface
+        self.known: dict[tuple[int, float], Array | None] = {}
+
+    def at(self, u: float, v: float) -> Array:
+        """The normal that all ways into the point agree on, or nan.
+
+        Where a line of the domain shrinks to one point, the ways in from every place on that line must agree.
+        """
+        lines = [self._line(axis, value) for axis, value in ((1, v), (0, u))]
+        if all(line is None for line in lines):
+            return _expand(self.surface, u, v)
+        return _agreed([line for line in lines if line is not None])
+
+    def _line(self, axis: int, value: float) -> Array | None:
+        """The common normal (or nan) along the line of constant v (axis 1) or u (axis 0); None if it has a length."""
+        if (axis, value) not in self.known:
+            running = np.linspace(*self.surface.domain[1 - axis], 9)
+            u, v = (running, np.full(9, value)) if axis else (np.full(9, value), running)
+            tangents = self.surface.derivative(u, v, axis, 1 - axis)
+            collapsed = np.abs(tangents).max() <= VANISHING * self.surface.scale[1 - axis]
+            self.known[axis, value] = self._along(u, v) if collapsed else None
+        return self.known[axis, value]
+
+    def _along(self, u: Array, v: Array) -> Array:
+        return _agreed([_expand(self.surface, a, b) for a, b in zip(u.tolist(), v.tolist())])
 
 
-def _collapsed(tangents: Array, scale: float) -> bool:
-    return bool(np.abs(tangents).max() <= VANISHING * scale)
+def _agreed(normals: list[Array]) -> Array:
+    """The first of the normals if all are the same, otherwise nan."""
+    same = np.abs(np.array(normals) - normals[0]).max() < 1e-6
+    return normals[0] if same else NOTHING
 
 
-def _expand(surface: ParametricSurface, u: float, v: float) -> Array | None:
+def _expand(surface: ParametricSurface, u: float, v: float) -> Array:
     """Direction of the first term of N(u + s a, v + s b) = sum s^k N_k(a, b) that does not vanish."""
     (u0, u1), (v0, v1) = surface.domain
     width, height = u1 - u0, v1 - v0
@@ -76,10 +89,10 @@ def _expand(surface: ParametricSurface, u: float, v: float) -> Array | None:
         lengths = np.linalg.norm(terms, axis=-1)
         if lengths.max() > VANISHING * scale:
             if lengths.min() <= 1e-6 * lengths.max():
-                return None
+                return NOTHING
             units = terms / lengths[:, None]
-            return units[0] if np.abs(units - units[0]).max() < 1e-6 else None
-    return None
+            return _agreed(list(units))
+    return NOTHING
 
 
 def _term(jet: Jet, k: int, a: Array, b: Array) -> Array:

@@ -1,6 +1,6 @@
 """Parameters: float arrays that lie in the domain, and how u and v broadcast."""
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,6 +72,18 @@ def to_weights(values: ArrayLike | None, shape: tuple[int, ...]) -> Array | None
         raise ValueError(f"weights must be positive and finite, got {weights.min():g} to {weights.max():g}")
     weights.flags.writeable = False
     return weights
+
+
+def freeze(array: Any) -> Any:
+    """The array itself, read-only from now on."""
+    array.flags.writeable = False
+    return array
+
+
+def flatten(values: Array, shape: tuple[int, ...] | None = None) -> Array:
+    """Values broadcast to a shape, in one row that kernels take without being compiled anew: contiguous, writable."""
+    row = (values if shape in (None, values.shape) else np.broadcast_to(values, shape or ())).reshape(-1)
+    return row if row.flags.writeable and row.flags.c_contiguous else row.copy()
 
 
 def split_axes(u: Array, v: Array) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]] | None:

@@ -24,7 +24,7 @@ def change_knots(old: KnotVector, new: KnotVector) -> Array:
         weights = np.mean([old.blossom(a, spans) for a in rest], axis=0)
     matrix = np.zeros((new.count, old.count))
     columns = (old.first[spans][:, None] + np.arange(p + 1)) % old.count
-    np.add.at(matrix, (index[:, None] % new.count, columns), weights)
+    matrix[index[:, None] % new.count, columns] = weights
     return matrix
 
 
@@ -77,8 +77,7 @@ def derive(old: KnotVector) -> tuple[KnotVector, Array]:
     rate = np.divide(p, width, out=np.zeros_like(width), where=width > 0)[: new.count]
     matrix = np.zeros((new.count, old.count))
     rows = np.arange(new.count)
-    np.add.at(matrix, (rows, (rows + 1) % old.count), rate)
-    np.add.at(matrix, (rows, rows), -rate)
+    matrix[rows, rows], matrix[rows, (rows + 1) % old.count] = -rate, rate
     return new, matrix
 
 

@@ -15,6 +15,7 @@ from parametric.knots import Knots, KnotVector, to_knots
 from parametric.parameters import (
     Array,
     Interval,
+    flatten,
     from_grid,
     split_axes,
     to_interval,
@@ -109,9 +110,11 @@ class BSplineSurface(ParametricSurface):
 
     def _scatter(self, u: Array, v: Array, nets: Array, order: int) -> Array:
         """Sums (1, ..., d), or with both derivatives (3, ..., d), from patches of the same spans."""
-        u, v = np.broadcast_arrays(u, v)
-        breaks = self.knots[0].breaks, self.knots[1].breaks
-        return combine_points(u.ravel(), v.ravel(), *breaks, nets, order).reshape(1 + 2 * order, *u.shape, -1)
+        shape = np.broadcast_shapes(u.shape, v.shape)
+        ends = self.knots[0].ends, self.knots[1].ends
+        return combine_points(flatten(u, shape), flatten(v, shape), *ends, nets, order).reshape(
+            1 + 2 * order, *shape, -1
+        )
 
     def _derived_nets(self, i: int, j: int) -> Array:
         """Bezier nets of the derivative (i, j) on all spans; kept."""

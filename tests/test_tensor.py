@@ -250,6 +250,21 @@ def test_implicitize_a_bilinear_patch():
     assert surface(np.array([0.5, 0.5, 0.25])) == 0
 
 
+def test_read_only_and_strided_parameters_do_not_compile_anew():
+    from parametric.basis import combine_points
+
+    surface = BezierSurface(NET)
+    expected = surface(U, V)
+    compiled = len(combine_points.signatures)
+    frozen, strided = U.copy(), np.repeat(V, 2)[::2]
+    frozen.flags.writeable = False
+    near(surface(frozen, strided), expected, 0)
+    near(surface(U[:, None], np.tile(V[:, None], 3))[:, 1], expected, 0)
+    assert len(combine_points.signatures) == compiled
+    with pytest.raises(ValueError, match="read-only"):
+        surface.breaks[0][0] = 1
+
+
 def test_surfaces_cannot_be_changed():
     net = np.random.default_rng(0).normal(size=(3, 3, 3))
     surface = BezierSurface(net)
