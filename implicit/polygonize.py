@@ -139,8 +139,7 @@ def _mesh(
     if isinstance(domain, Ball):
         vertices, normals, faces = clip(vertices, normals, faces, domain, surface.field, step)
         vertices, normals, faces = squeeze(vertices, normals, faces)
-        changed = True
-    if changed or marched.flat:
+    if marched.flat or isinstance(domain, Ball):
         fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals)
 

@@ -15,6 +15,10 @@ Progress = Callable[[float], object]
 """Called with the share done, from 0 to 1."""
 
 
+_SMALL = 2**26
+"""Bytes that are not worth asking for."""
+
+
 class Job:
     """A piece of work of known size, shared by threads: counts what is done and tells all of them to stop."""
 
@@ -86,6 +90,8 @@ def _lines(path: str) -> list[str]:
 
 def check_memory(needed: float, what: str, advice: str) -> None:
     """Raise MemoryError with the numbers when `needed` bytes are more than there are."""
+    if needed < _SMALL:
+        return
     free = available_memory()
     if free is not None and needed > free:
         raise MemoryError(f"{what} needs about {_size(needed)}, but only {_size(free)} of memory are free; {advice}")

@@ -16,25 +16,26 @@ from numpy.typing import NDArray
 from implicit.polygonizers.lattice import CELLS, Lattice
 
 FloatArray = NDArray[np.float64]
-MaskArray = NDArray[np.uint8]
+IntArray = NDArray[np.int64]
 
 _COARSE = 6
 """The first blocks are at most so many along each axis."""
 
 
 @cache
-def _weights(degree: int) -> FloatArray:
-    """(i, m, s): the share of the products with s upper ends among those of m ends out of i upper, degree - i lower."""
+def _weights(degree: int) -> tuple[FloatArray, IntArray, IntArray]:
+    """Weights (i, m, s) and exponents (m, s) of the upper and of the lower end.
+
+    A weight is the share of the products with s upper ends among those of m ends out of i upper and degree - i lower.
+    """
     n = degree + 1
-    return np.array(
-        [
-            [
-                [comb(i, s) * comb(degree - i, m - s) / comb(degree, m) if s <= m else 0.0 for s in range(n)]
-                for m in range(n)
-            ]
-            for i in range(n)
-        ]
-    )
+    weights = np.zeros((n, n, n))
+    for i in range(n):
+        for m in range(n):
+            for s in range(m + 1):
+                weights[i, m, s] = comb(i, s) * comb(degree - i, m - s) / comb(degree, m)
+    m, s = np.indices((n, n))
+    return weights, s, np.maximum(m - s, 0)
 
 
 def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArray:
@@ -43,12 +44,10 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     Row i, column m is the mean of the products of m out of i upper and degree - i lower ends: each is at most
     max(|lower|, |upper|)^m in size, and so is the rounding.
     """
+    weights, of_upper, of_lower = _weights(degree)
     powers = np.arange(degree + 1)
     up, low = upper[:, None] ** powers, lower[:, None] ** powers
-    m, s = np.meshgrid(powers, powers, indexing="ij")
-    products = np.where(s <= m, up[:, s] * low[:, np.maximum(m - s, 0)], 0.0)
-    # order="C": another layout would make numba compile the kernel anew
-    return np.einsum("ims,nms->nim", _weights(degree), products, order="C")
+    return np.einsum("ims,nms->nim", weights, up[:, of_upper] * low[:, of_lower])
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})

@@ -18,6 +18,9 @@ from implicit.polygonizers.cell import EDGES, TRIANGLE_COUNT, TRIANGLES
 VERTICES_PER_BRICK = 3 * 8 * 8 * 8
 TRIANGLES_PER_BRICK = 5 * 7 * 7 * 7
 
+WINDOW_ROWS = 8
+"""Rows of a first guess: 0-5 samples in a row, 6 the root of the straight line, 7 the start of the edge."""
+
 _STEP = (64, 8, 1)
 EDGE_PLACE = np.array(
     [512 * (number // 4) + sum(_STEP[axis] * (low >> 2 - axis & 1) for axis in range(3))
@@ -56,46 +59,72 @@ def _pack_signs(f: Any, signs: Any, eights: Any, words: Any) -> bool:
     return bad == 0
 
 
-@njit(cache=True, nogil=True, inline="always", error_model="numpy")
-def _guess(f: Any, place: int, step: int, at: int, cells: int) -> float:
-    """The share of the edge from sample `place` that lies before the root.
+@njit(cache=True, nogil=True, inline="always")
+def _look(f: Any, place: int, step: int, at: int, cells: int, window: Any, n: int) -> None:
+    """Keep what a first guess needs: six samples in a row, where a straight line vanishes, and where the edge starts.
 
-    `at` counts samples along the axis, `cells` the cells that the brick has along it. Newton's steps on the polynomial
-    of degree 5 through six samples in a row, in the form d0 + t (d1 + (t - 1)/2 (d2 + ...)); where there are not as
-    many, or the root does not come out within the edge, the straight line.
+    `at` counts samples along the axis, `cells` the cells that the brick has along it. Where there are not as many, six
+    values on the straight line through the two ends.
     """
     a, b = f[place], f[place + step]
-    line = a / (a - b)
+    first = 0.0
     if cells < 5:
-        return line
-    first = min(max(at - 2, 0), cells - 5)
-    base = place + (first - at) * step
-    g0, g1, g2 = f[base], f[base + step], f[base + 2 * step]
-    g3, g4, g5 = f[base + 3 * step], f[base + 4 * step], f[base + 5 * step]
-    a1, a2, a3, a4, a5 = g1 - g0, g2 - g1, g3 - g2, g4 - g3, g5 - g4
-    b2, b3, b4, b5 = a2 - a1, a3 - a2, a4 - a3, a5 - a4
-    c3, c4, c5 = b3 - b2, b4 - b3, b5 - b4
-    d4, d5 = c4 - c3, c5 - c4
-    e5 = (d5 - d4) / 5.0
-    t = at - first + line
-    for _ in range(2):
+        for row in range(6):
+            window[row, n] = a + row * (b - a)
+    else:
+        start = min(max(at - 2, 0), cells - 5)
+        base = place + (start - at) * step
+        for row in range(6):
+            window[row, n] = f[base + row * step]
+        first = float(at - start)
+    window[6, n] = first + a / (a - b)
+    window[7, n] = first
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _guess(found: Any, window: Any, n: int) -> None:
+    """Move crossings to where the polynomial of degree 5 through their six samples vanishes.
+
+    Two of Newton's steps from the straight line, on the form d0 + t (d1 + (t - 1)/2 (d2 + ...)), in a loop that
+    vectorises; where they do not end within the edge, the straight line.
+    """
+    w0, w1, w2, w3 = window[0, :n], window[1, :n], window[2, :n], window[3, :n]
+    w4, w5, line = window[4, :n], window[5, :n], window[6, :n]
+    for k in range(n):
+        g0, a1, a2, a3, a4, a5 = w0[k], w1[k] - w0[k], w2[k] - w1[k], w3[k] - w2[k], w4[k] - w3[k], w5[k] - w4[k]
+        b2, b3, b4, b5 = a2 - a1, a3 - a2, a4 - a3, a5 - a4
+        c3, c4, c5 = b3 - b2, b4 - b3, b5 - b4
+        d4 = c4 - c3
+        e5 = ((c5 - c4) - d4) * 0.2
+        t = line[k]
         u4, u3, u2, u1 = t - 4.0, (t - 3.0) * 0.25, (t - 2.0) * (1.0 / 3.0), (t - 1.0) * 0.5
         p4 = d4 + u4 * e5
         p3, s3 = c3 + u3 * p4, 0.25 * p4 + u3 * e5
         p2, s2 = b2 + u2 * p3, (1.0 / 3.0) * p3 + u2 * s3
         p1, s1 = a1 + u1 * p2, 0.5 * p2 + u1 * s2
-        t -= (g0 + t * p1) / (p1 + t * s1)
-    share = t - (at - first)
-    return share if 0.0 < share < 1.0 else line
+        t = t - (g0 + t * p1) / (p1 + t * s1)
+        u4, u3, u2, u1 = t - 4.0, (t - 3.0) * 0.25, (t - 2.0) * (1.0 / 3.0), (t - 1.0) * 0.5
+        p4 = d4 + u4 * e5
+        p3, s3 = c3 + u3 * p4, 0.25 * p4 + u3 * e5
+        p2, s2 = b2 + u2 * p3, (1.0 / 3.0) * p3 + u2 * s3
+        p1, s1 = a1 + u1 * p2, 0.5 * p2 + u1 * s2
+        w5[k] = t - (g0 + t * p1) / (p1 + t * s1)
+    for k in range(n):
+        share = w5[k] - window[7, k]
+        if not 0.0 < share < 1.0:
+            share = line[k] - window[7, k]
+        low, high = found[3, k], found[4, k]
+        found[int(found[7, k]), k] = low + (high - low) * share
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cross(
-    mask: Any, i: int, axis: int, start: Any, own: Any, axes: Any, f: Any, first: int, found: Any, n: int, numbers: Any
+    mask: Any, i: int, axis: int, start: Any, own: Any, axes: Any, f: Any, first: int, found: Any, window: Any, n: int,
+    numbers: Any,
 ) -> int:  # fmt: skip
     """Number the edges along `axis` that start at plane i and have their bit in `mask`; the next free column.
 
-    found rows: x, y, z of a first guess, the two ends of the edge, f there, the axis.
+    found rows: x, y, z (of the start of the edge), the two ends of the edge, f there, the axis.
     """
     step = 64 if axis == 0 else (8 if axis == 1 else 1)
     while mask != _U(0):
@@ -107,13 +136,12 @@ def _cross(
         found[0, n] = axes[0, start[0] + i]
         found[1, n] = axes[1, start[1] + j]
         found[2, n] = axes[2, start[2] + k]
-        low, high = found[axis, n], axes[axis, start[axis] + at + 1]
-        found[axis, n] = low + (high - low) * _guess(f, place, step, at, own[axis])
-        found[3, n] = low
-        found[4, n] = high
+        found[3, n] = found[axis, n]
+        found[4, n] = axes[axis, start[axis] + at + 1]
         found[5, n] = f[place]
         found[6, n] = f[place + step]
         found[7, n] = axis
+        _look(f, place, step, at, own[axis], window, n)
         numbers[512 * axis + place] = np.int32(first + n)
         n += 1
     return n
@@ -185,13 +213,13 @@ def _rows(count: int, width: int) -> Any:
 @njit(cache=True, nogil=True, error_model="numpy")
 def extract(
     samples: Any, bricks: Any, begin: int, axes: Any, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int,
-    found: Any, starts: Any, faces: Any, t: int,
+    found: Any, window: Any, starts: Any, faces: Any, t: int,
 ) -> tuple[int, int, int, bool]:  # fmt: skip
     """Extract bricks (n, 3) with samples (n, 512) from `begin` on, while there is room in `found`.
 
     axes (3, ...) padded planes and cells (3,) of the lattice; low_x (2, ., ., 128), low_y (2, ., 128), low_z (128,)
     numbers left behind on lower faces; `first` is the number of the next vertex. Fills found (8, ...), the column
-    where each brick starts in starts (n + 1,), and faces from row t on.
+    where each brick starts in starts (n + 1,), and faces from row t on; window (8, ...) is scratch.
     Returns where it stopped, the number of vertices found, the next row of faces, and whether all was finite; if not,
     it stopped at a brick with a sample that is not.
     """
@@ -206,6 +234,7 @@ def extract(
     for index in range(begin, len(bricks)):
         starts[index] = n
         if n + VERTICES_PER_BRICK > found.shape[1]:
+            _guess(found, window, n)
             return index, n, t, True
         f = samples[index]
         if not _pack_signs(f, signs, eights, words):
@@ -227,10 +256,11 @@ def extract(
         for i in range(points[0]):
             word = words[i]
             if i < own[0]:
-                n = _cross((word ^ words[i + 1]) & whole, i, 0, start, own, axes, f, first, found, n, numbers)
-            n = _cross((word ^ (word >> _U(8))) & cut_y, i, 1, start, own, axes, f, first, found, n, numbers)
-            n = _cross((word ^ (word >> _U(1))) & cut_z, i, 2, start, own, axes, f, first, found, n, numbers)
+                n = _cross((word ^ words[i + 1]) & whole, i, 0, start, own, axes, f, first, found, window, n, numbers)
+            n = _cross((word ^ (word >> _U(8))) & cut_y, i, 1, start, own, axes, f, first, found, window, n, numbers)
+            n = _cross((word ^ (word >> _U(1))) & cut_z, i, 2, start, own, axes, f, first, found, window, n, numbers)
         _leave(numbers, low_x[bx & 1, by, bz], low_y[by & 1, bz], low_z)
         t = _join(words, own[0], cut_both, numbers, faces, t)
     starts[len(bricks)] = n
+    _guess(found, window, n)
     return len(bricks), n, t, True

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, extract
+from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, WINDOW_ROWS, extract
 from implicit.polygonizers.roots import FOUND_ROWS, SNAP, STATE_ROWS, finish, settle
 from implicit.polygonizers.samples import Sampler
 from implicit.work import Job, batches, check_memory
@@ -29,6 +29,9 @@ _RUN = 4 * BATCH
 
 _ROOM = 64
 """Crossings per brick that a batch has room for at once; a batch with more goes in several steps."""
+
+_APART = 72
+"""Keeps the rows of scratch arrays from starting a multiple of 4096 bytes apart, where they would share cache lines."""
 
 _BYTES_PER_BRICK = 60 * 48 + 120 * 24
 """Vertices with normals, and triangles, of one sheet through a brick."""
@@ -65,8 +68,9 @@ class _Run:
 
     def __post_init__(self) -> None:
         _, rows, columns = self.sampler.lattice.bricks
-        room = BATCH * _ROOM + VERTICES_PER_BRICK
+        room = BATCH * _ROOM + VERTICES_PER_BRICK + _APART
         self.found = np.empty((FOUND_ROWS, room))
+        self.window = np.empty((WINDOW_ROWS, room))
         self.state = np.empty((STATE_ROWS, room))
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
         self.starts = np.zeros(BATCH + 1, np.int64)
@@ -102,7 +106,7 @@ class _Run:
             self.faces = _with_room(self.faces, self.t, self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin))
             end, n, self.t, finite = extract(
                 samples, bricks, begin, lattice.padded, lattice.cells, self.low_x, self.low_y, self.low_z, self.n,
-                self.found, self.starts, self.faces, self.t,
+                self.found, self.window, self.starts, self.faces, self.t,
             )  # fmt: skip
             if not finite:
                 refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])
