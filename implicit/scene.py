@@ -40,7 +40,8 @@ Thing: TypeAlias = Mesh | Line
 class Piece:
     """Triangles of a picture: vertices (V, 3), faces (F, 3), normals (V, 3) and a colour for each side.
 
-    `outside` is one colour or one for each face, (F, 3).
+    `outside` is one colour or one for each face, (F, 3). A renderer that sorts triangles may take the piece to be
+    nearer by `raised`, a length, so that thin lines are not sunk in the surface they lie on.
     """
 
     vertices: Points
@@ -49,6 +50,7 @@ class Piece:
     outside: Points
     inside: Points
     edges: bool = False
+    raised: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ def compose(things: Sequence[Thing], look: Look) -> list[Piece]:
         red += [ball(mesh.vertices[index], 0.011 * size) for index in mesh.points]
         red += [block(box) for box in (() if mesh.unresolved is None else mesh.unresolved)]
     for shapes, color in ((dark, DARK), (red, RED)):
-        pieces += [Piece(*merge(shapes), np.array(color), np.array(color))] if shapes else []
+        pieces += [Piece(*merge(shapes), np.array(color), np.array(color), raised=0.004 * size)] if shapes else []
     return pieces
 
 
