@@ -16,6 +16,7 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
+    from parametric.algorithms import basis_function, bernstein, de_boor, de_casteljau
     from parametric.analysis import area, curve_on, fundamental_forms, is_singular
     from parametric.bspline import BezierCurve, BSplineCurve, line, polyline
     from parametric.caps import cap
@@ -43,6 +44,10 @@ if TYPE_CHECKING:
     from parametric.tessellate import SurfaceMesh, tessellate
 
 _HOMES = {
+    "basis_function": "algorithms",
+    "bernstein": "algorithms",
+    "de_boor": "algorithms",
+    "de_casteljau": "algorithms",
     "area": "analysis",
     "curve_on": "analysis",
     "fundamental_forms": "analysis",

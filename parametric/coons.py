@@ -154,8 +154,8 @@ def gordon(
     columns = [to_curve(c, f"v curve {k}").over((0.0, 1.0)) for k, c in enumerate(v_curves)]
     at_u = _crossings(rows[0], columns) if u is None else np.array(u, dtype=float)
     at_v = _crossings(columns[0], rows) if v is None else np.array(v, dtype=float)
-    _check_places(at_u, len(columns), "u")
-    _check_places(at_v, len(rows), "v")
+    _check_places(at_u, len(columns), "u", whole=True)
+    _check_places(at_v, len(rows), "v", whole=True)
     on_rows = np.stack([row(at_u) for row in rows], axis=1)
     on_columns = np.stack([column(at_v) for column in columns], axis=0)
     gaps = np.linalg.norm(on_rows - on_columns, axis=-1)
@@ -194,10 +194,10 @@ def _snap(places: Array) -> Array:
     return np.where(np.abs(places - 1) < 1e-9, 1.0, places)
 
 
-def _check_places(places: Array, count: int, name: str) -> None:
+def _check_places(places: Array, count: int, name: str, whole: bool = False) -> None:
     if places.shape != (count,) or not (np.diff(places) > 0).all():
         raise ValueError(f"{name} must be {count} increasing parameters, one for each curve, got {places.tolist()}")
-    if name == "u" and (places[0] != 0 or places[-1] != 1):
+    if whole and (places[0] != 0 or places[-1] != 1):
         raise ValueError(f"the network must reach from 0 to 1, got {name} from {places[0]:g} to {places[-1]:g}")
 
 

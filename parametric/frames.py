@@ -85,7 +85,9 @@ class FrenetFrame(FrameField):
         binormals = [multiply(c[:-1], c[1:], np.cross, n) for n in range(order + 1)]
         sizes = np.linalg.norm(binormals[0], axis=-1)
         bound = np.linalg.norm(c[0], axis=-1) * np.linalg.norm(c[1], axis=-1)
-        flat = ~(sizes > 1e-9 * np.maximum(bound, np.linalg.norm(c[0], axis=-1) ** 2 * 1e-3))
+        low, high = self.path.domain
+        straight = np.linalg.norm(c[0], axis=-1) ** 2 / (high - low)  # |c' x c''| of a path that turns by one radian
+        flat = ~(sizes > 1e-9 * np.maximum(bound, 1e-3 * straight))
         if flat.any():
             raise SingularPointError(
                 f"the Frenet frame is not defined at s = {s[flat].flat[0]:g}, where the path has no curvature: "

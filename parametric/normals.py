@@ -1,6 +1,6 @@
 """Unit normals, and their limits where p_u x p_v vanishes."""
 
-from math import comb
+from math import comb, factorial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -78,14 +78,13 @@ def _expand(surface: ParametricSurface, u: float, v: float) -> Array:
     """Direction of the first term of N(u + s a, v + s b) = sum s^k N_k(a, b) that does not vanish."""
     (u0, u1), (v0, v1) = surface.domain
     width, height = u1 - u0, v1 - v0
-    jet = surface.jet(u, v, HIGHEST + 1)
     scale = max(surface.scale[0] * width * surface.scale[1] * height, 1e-300)
     angles = np.arange(32) * np.pi / 16 + 0.1
     a, b = np.cos(angles) * width, np.sin(angles) * height
     inward = ((u > u0) | (a > 0)) & ((u < u1) | (a < 0)) & ((v > v0) | (b > 0)) & ((v < v1) | (b < 0))
     a, b = a[inward], b[inward]
     for k in range(HIGHEST + 1):
-        terms = _term(jet, k, a, b) * width * height
+        terms = _term(surface.jet(u, v, k + 1), k, a, b) * width * height
         lengths = np.linalg.norm(terms, axis=-1)
         if lengths.max() > VANISHING * scale:
             if lengths.min() <= 1e-6 * lengths.max():
@@ -100,14 +99,9 @@ def _term(jet: Jet, k: int, a: Array, b: Array) -> Array:
     total = np.zeros((a.size, 3))
     for i in range(k + 1):
         j = k - i
-        factor = 1.0
-        for n in range(2, i + 1):
-            factor /= n
-        for n in range(2, j + 1):
-            factor /= n
-        cross = np.zeros(3)
+        product = np.zeros(3)
         for m in range(i + 1):
             for n in range(j + 1):
-                cross += comb(i, m) * comb(j, n) * np.cross(jet[m + 1, n], jet[i - m, j - n + 1])
-        total += factor * (a**i * b**j)[:, None] * cross
+                product += comb(i, m) * comb(j, n) * np.cross(jet[m + 1, n], jet[i - m, j - n + 1])
+        total += (a**i * b**j)[:, None] * product / (factorial(i) * factorial(j))
     return total

@@ -261,7 +261,11 @@ class BSplineSurface(ParametricSurface):
         return self
 
     def expressions(self) -> tuple[Any, Any, Any]:
-        """The coordinates as exact sympy expressions in u and v; a ValueError where there are several pieces."""
+        """The coordinates as exact sympy expressions in u and v; a ValueError where there are several pieces.
+
+        The floats are taken at their word. The weight sqrt(1/2) of a circular arc is no float: to implicitize a surface
+        of revolution, ask it and not its `to_nurbs`.
+        """
         patches = self.bezier_patches()
         if len(patches) > 1:
             raise ValueError(f"the surface has {len(patches)} pieces: take expressions of one of bezier_patches()")

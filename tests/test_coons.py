@@ -302,6 +302,7 @@ ACROSS = [
         (lambda: loft(LINES[:1]), "at least two sections, got 1"),
         (lambda: loft(LINES[:2], [1, 0]), "v must be 2 increasing parameters"),
         (lambda: gordon(LINES[:1], LINES[2:]), "two curves each way, got 1 and 2"),
+        (lambda: gordon(LINES[:2], LINES[2:], v=[0.1, 1]), "must reach from 0 to 1, got v from 0.1 to 1"),
         (lambda: gordon(LINES[:2], LINES[2:], u=[0, 0.9]), "must reach from 0 to 1, got u from 0 to 0.9"),
         (
             lambda: gordon(LINES[:2], [LINES[2], line((1, 0, 0), (1, 1, 0.25))]),
