@@ -36,6 +36,8 @@ Cells = Callable[[IntArray], NDArray[np.bool_]]
 
 MARGIN = 7
 """Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
+_APART = 5.0
+"""A block nearer than this to other singular points or curves is given up for tetrahedra."""
 _BEYOND = 1.5
 """Singular curves are followed so many cells beyond the bounds."""
 
@@ -114,17 +116,26 @@ def _resolve(local: Local, locus: SingularLocus) -> tuple[list[Block], Neighbour
     on_curves = _near(local, np.concatenate([np.zeros((0, 3)), *(curve.special for curve in locus.curves)]))
     lines = [(grid.to_units(curve.polyline), curve.closed) for curve in locus.curves]
     blocks, left = find_blocks(local.field, grid, isolated)
+    nodes = grid.to_units(np.concatenate([np.zeros((0, 3)), *(_near(local, curve.polyline) for curve in locus.curves)]))
     while True:
         special = _distinct(grid.to_units(np.concatenate([isolated[left], on_curves])))
         if not len(special) and not lines:
             return blocks, None
-        hood = mesh_neighbourhood(local, special, lines, _BEYOND)
-        clash = [block for block in blocks if hood.patch.region.holds(_cells_of(block)).any()]
+        clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes])) < _APART]
         if not clash:
-            return blocks, hood
+            hood = mesh_neighbourhood(local, special, lines, _BEYOND)
+            clash = [block for block in blocks if hood.patch.region.holds(_cells_of(block)).any()]
+            if not clash:
+                return blocks, hood
         blocks = [block for block in blocks if block not in clash]
         kept = [block.point.tolist() for block in blocks]
         left = np.array([row for row, point in enumerate(isolated.tolist()) if point not in kept], np.int64)
+
+
+def _gap(block: Block, units: FloatArray) -> float:
+    """How many cells lie between a block and the nearest of some places."""
+    away = np.maximum(block.lower - units, units - block.upper).max(axis=1)
+    return float(away.min(initial=np.inf))
 
 
 def _cells_of(block: Block) -> IntArray:

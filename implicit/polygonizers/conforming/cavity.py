@@ -5,6 +5,9 @@ Delaunay tetrahedra of all vertices involved fall apart along the marked faces, 
 fill the hole exactly, which their volume confirms.
 """
 
+from dataclasses import dataclass, field
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -19,6 +22,8 @@ IntArray = NDArray[np.int64]
 _NEAR = 0.22
 """Lattice points nearer to a new vertex than this give way."""
 _SLACK = 1e-7
+_CLOSE = 0.8
+"""No new vertex farther than this from the middle of a lattice tetrahedron lies in its sphere."""
 _FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
@@ -31,36 +36,72 @@ def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArr
     return np.asarray(dead | (cKDTree(new).query(region.places, distance_upper_bound=_NEAR)[0] < _NEAR))
 
 
-def tetrahedralize(region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[IntArray, IntArray, bool]:
-    """The region's tetrahedra that stay (n, 4), those that replace the others (m, 4), and whether they fit exactly.
+@dataclass(eq=False)
+class Cavity:
+    """Holes and what fills them; the Delaunay tetrahedra of a hole are kept for as long as its vertices stay."""
 
-    New vertices are numbered after those of the region.
-    """
-    places = np.concatenate([region.places, new])
-    size = len(region.places)
+    known: dict[bytes, Any] = field(default_factory=dict)
+
+    def fill(self, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[IntArray, IntArray, bool]:
+        """The region's tetrahedra that stay (n, 4), those that replace the others (m, 4), and whether they fit exactly.
+
+        New vertices are numbered after those of the region.
+        """
+        places = np.concatenate([region.places, new])
+        size, tets = len(region.places), region.tetrahedra
+        touched, centers = _touched(region, dead, new)
+        stay, gone = tets[~touched], tets[touched]
+        faces = np.sort(np.concatenate([gone[:, face] for face in _FACES]), axis=1)
+        keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
+        rim = keys[uses == 1]
+        hole = _components(gone, size)
+        home = hole[cKDTree(centers).query(new)[1]]
+        fresh = [np.zeros((0, 4), np.int64)]
+        for number in np.unique(hole):
+            used = np.unique(gone[hole == number])
+            rows = np.concatenate([used[~dead[used]], size + np.flatnonzero(home == number)])
+            fresh.append(self._fill_hole(places, rows, rim, size))
+        filled = np.concatenate(fresh)
+        volume = _volume(places[filled]).sum() / _volume(region.places[gone]).sum()
+        return stay, filled, bool(abs(volume - 1) < _SLACK and not dead[region.pyramids].any())
+
+    def _fill_hole(self, places: FloatArray, rows: IntArray, rim: IntArray, size: int) -> IntArray:
+        """The Delaunay tetrahedra of vertices `rows` on the inner side of the faces `rim`."""
+        key = places[rows].tobytes()
+        if key not in self.known:
+            delaunay = Delaunay(places[rows])
+            self.known[key] = (delaunay.simplices, delaunay.neighbors)
+        simplices, neighbors = self.known[key]
+        tets = rows[simplices]
+        starts, stops = [], []
+        for number, face in enumerate(_FACES):
+            cut = np.isin(_face_keys(np.sort(tets[:, face], axis=1), len(places)), rim)
+            open_ = np.flatnonzero(~cut & (neighbors[:, number] >= 0))
+            starts.append(open_)
+            stops.append(neighbors[open_, number])
+        start, stop = np.concatenate(starts), np.concatenate(stops)
+        graph = coo_array((np.ones(len(start), bool), (start, stop)), shape=(len(tets),) * 2)
+        label = connected_components(graph, directed=False)[1]
+        return np.asarray(tets[np.isin(label, np.unique(label[(tets >= size).any(axis=1)]))])
+
+
+def _touched(region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which tetrahedra lose a corner or have a new vertex in their sphere, and the middles of those."""
     tets = region.tetrahedra
-    center, radius = circumspheres(region.places[tets])
-    touched = dead[tets].any(axis=1) | (cKDTree(new).query(center)[0] < radius * (1 - 1e-9))
-    stay, gone = tets[~touched], tets[touched]
-    used = np.unique(gone)
-    rows = np.concatenate([used[~dead[used]], size + np.arange(len(new))])
-    delaunay = Delaunay(places[rows])
-    fresh = rows[delaunay.simplices]
-    faces = np.sort(np.concatenate([gone[:, face] for face in _FACES]), axis=1)
-    keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
-    rim = keys[uses == 1]
-    starts, stops = [], []
-    for number, face in enumerate(_FACES):
-        cut = np.isin(_face_keys(np.sort(fresh[:, face], axis=1), len(places)), rim)
-        open_ = np.flatnonzero(~cut & (delaunay.neighbors[:, number] >= 0))
-        starts.append(open_)
-        stops.append(delaunay.neighbors[open_, number])
-    start, stop = np.concatenate(starts), np.concatenate(stops)
-    graph = coo_array((np.ones(len(start), bool), (start, stop)), shape=(len(fresh),) * 2)
-    label = connected_components(graph, directed=False)[1]
-    fresh = fresh[np.isin(label, np.unique(label[(fresh >= size).any(axis=1)]))]
-    volume = _volume(places[fresh]).sum() / _volume(region.places[gone]).sum()
-    return stay, fresh, bool(abs(volume - 1) < _SLACK and not dead[region.pyramids].any())
+    tree = cKDTree(new)
+    middle = region.places[tets].mean(axis=1)
+    close = np.flatnonzero(np.isfinite(tree.query(middle, distance_upper_bound=_CLOSE)[0]))
+    center, radius = circumspheres(region.places[tets[close]])
+    touched: NDArray[np.bool_] = np.asarray(dead[tets].any(axis=1))
+    touched[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
+    return touched, middle[touched]
+
+
+def _components(simplices: IntArray, size: int) -> IntArray:
+    """Numbers (n,) of simplices that are equal where they hang together by vertices."""
+    first = np.repeat(simplices[:, 0], simplices.shape[1] - 1)
+    graph = coo_array((np.ones(len(first), bool), (first, simplices[:, 1:].ravel())), shape=(size, size))
+    return np.asarray(connected_components(graph, directed=False)[1][simplices[:, 0]])
 
 
 def _face_keys(faces: IntArray, size: int) -> IntArray:

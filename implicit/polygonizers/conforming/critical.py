@@ -8,8 +8,8 @@ from implicit.polygonizers.conforming.local import Local
 
 FloatArray = NDArray[np.float64]
 
-_STARTS = 240
-_STEPS = 30
+_STARTS = 160
+_STEPS = 24
 
 
 def critical_radius(

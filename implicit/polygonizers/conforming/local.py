@@ -1,11 +1,12 @@
 """The surface in lattice units, and small tools for places on circles and spheres."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.evaluate import Field
+from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.grid import Grid
 
@@ -45,7 +46,15 @@ class Local:
 
     def hessians(self, units: FloatArray) -> FloatArray:
         """The second derivatives (n, 3, 3) for places (n, 3)."""
-        return self.field.hessians(self.grid.to_points(units)) * self.grid.step**2
+        points = self.grid.to_points(units)
+        if self._derivatives is None:
+            return self.field.hessians(points) * self.grid.step**2
+        return np.stack([d.gradients(points)[1] for d in self._derivatives], axis=1) * self.grid.step**2
+
+    @cached_property
+    def _derivatives(self) -> list[PolynomialField] | None:
+        field = self.field
+        return [field.derivative(axis) for axis in range(3)] if isinstance(field, PolynomialField) else None
 
 
 def frame(direction: FloatArray) -> tuple[FloatArray, FloatArray]:

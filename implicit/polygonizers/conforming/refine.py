@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.cavity import dead_vertices, tetrahedralize
+from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.link import middle_of_other
 from implicit.polygonizers.conforming.local import Local, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
@@ -15,8 +15,8 @@ from implicit.polygonizers.conforming.skeleton import Skeleton, thin
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ROUNDS = 12
-_REACH = 3
+_ROUNDS = 30
+_REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
 _SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
@@ -48,12 +48,13 @@ def mesh_region(local: Local, skeleton: Skeleton, size: IntArray, rng: np.random
     doubtful, blocked = [], []
     refined = False
     around = skeleton.around
+    cavity = Cavity()
     tested = np.zeros(0)
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
         region = build_region(cells_round(_touched(skeleton, new), _REACH, size), size)
         dead = dead_vertices(region, skeleton.cleared, new)
-        stay, fresh, fits = tetrahedralize(region, dead, new)
+        stay, fresh, fits = cavity.fill(region, dead, new)
         places = np.concatenate([region.places, new])
         signs = _signs(local, region, skeleton, places)
         if turn == _ROUNDS or len(new) > _MOST:

@@ -18,7 +18,7 @@ IntArray = NDArray[np.int64]
 
 _SAMPLES = 192
 _ZOOMS = 4
-_SCALES = (0.5, 0.25, 1 / 16, 1 / 64)
+_SCALES = np.array([1, 0.5, 0.25, 1 / 16, 1 / 64])
 """A ring is stable when it is crossed equally often at these shares of its radius."""
 _GAP = 0.8
 """The largest angle between vertices."""
@@ -50,15 +50,8 @@ class Circle:
 
 def crossings(local: Local, circle: Circle) -> FloatArray:
     """The angles (n,) in [0, 2 pi) where f changes sign on the circle, ascending."""
-    angles = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES + 0.0123
-    values = local.values(circle.at(angles))
-    for _ in range(_ZOOMS):
-        finer = _hidden(angles, values)
-        if not len(finer) or len(angles) > 5 * _SAMPLES:
-            break
-        angles, values = np.concatenate([angles, finer]), np.concatenate([values, local.values(circle.at(finer))])
-        order = np.argsort(angles)
-        angles, values = angles[order], values[order]
+    angles = _angles()
+    angles, values = _zoomed(local, circle, angles, local.values(circle.at(angles)))
     signs = np.where(values < 0, -1, 1)
     k = np.flatnonzero(signs != np.roll(signs, -1))
     low, high = angles[k], np.roll(angles, -1)[k]
@@ -66,9 +59,36 @@ def crossings(local: Local, circle: Circle) -> FloatArray:
     return np.sort(bisect(lambda a: local.signs(circle.at(a)) == signs[k], low, high) % (2 * np.pi))
 
 
+def counts(local: Local, circle: Circle, scales: FloatArray) -> IntArray:
+    """How often (n,) circles with these shares of the radius are crossed."""
+    angles = _angles()
+    points = np.stack([circle.scaled(float(scale)).at(angles) for scale in scales])
+    result = []
+    for scale, row in zip(scales, local.values(points), strict=True):
+        inside = _zoomed(local, circle.scaled(float(scale)), angles, row)[1] < 0
+        result.append(np.count_nonzero(inside != np.roll(inside, 1)))
+    return np.array(result)
+
+
+def _angles() -> FloatArray:
+    return 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES + 0.0123
+
+
+def _zoomed(local: Local, circle: Circle, angles: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The samples with more among them where two crossings may hide."""
+    for _ in range(_ZOOMS):
+        finer = _hidden(angles, values)
+        if not len(finer) or len(angles) > 5 * _SAMPLES:
+            break
+        angles, values = np.concatenate([angles, finer]), np.concatenate([values, local.values(circle.at(finer))])
+        order = np.argsort(angles)
+        angles, values = angles[order], values[order]
+    return angles, values
+
+
 def bisect(same: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
     """Where `same`, true at `low` and false at `high`, changes."""
-    for _ in range(45 if len(low) else 0):
+    for _ in range(36 if len(low) else 0):
         middle = (low + high) / 2
         below = same(middle)
         low, high = np.where(below, middle, low), np.where(below, high, middle)
@@ -91,19 +111,12 @@ def _hidden(angles: FloatArray, values: FloatArray) -> FloatArray:
 def stable(local: Local, circle: Circle, least: float) -> tuple[Circle | None, int]:
     """The largest circle, of radii falling by sqrt 2, crossed as often at all smaller scales, and how often."""
     factor = 1.0
-    counts: dict[float, int] = {}
-
-    def count(share: float) -> int:
-        if share not in counts:
-            counts[share] = len(crossings(local, circle.scaled(share)))
-        return counts[share]
-
     while circle.radius * factor > least:
-        here = count(factor)
-        if all(count(factor * scale) == here for scale in _SCALES):
-            return circle.scaled(factor), here
+        found = counts(local, circle, factor * _SCALES)
+        if (found == found[0]).all():
+            return circle.scaled(factor), int(found[0])
         factor /= 2**0.5
-    return None, count(1.0)
+    return None, int(counts(local, circle, _SCALES[:1])[0])
 
 
 def beside(roots: FloatArray) -> FloatArray:

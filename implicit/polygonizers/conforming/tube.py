@@ -144,7 +144,7 @@ def _stable_sizes(
     local: Local, arc: Arc, t: FloatArray, s: FloatArray, h: FloatArray, exit_start: bool, exit_end: bool
 ) -> tuple[FloatArray, bool]:
     """Sizes at which the sheets are counted as at all smaller ones; whether there are any everywhere."""
-    stops = np.linspace(0, s[-1], int(np.clip(2 * s[-1] + 2, 5, 60)))
+    stops = np.linspace(0, s[-1], int(np.clip(s[-1] + 2, 5, 40)))
     if exit_start or exit_end:
         stops = np.unique(np.concatenate([stops, s[-1] * np.array([0.005, 0.02, 0.05, 0.95, 0.98, 0.995])]))
     parameters, sizes = np.interp(stops, s, t), np.interp(stops, s, h)
