@@ -22,7 +22,7 @@ INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # cal
 
 EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above
 SIN_MOST = 1e5  # beyond, the library's sine
-_POWERS = np.ldexp(1.0, np.arange(-1022, 1024))  # of two
+_POWERS = np.append(np.ldexp(1.0, np.arange(-1022, 1024)), [np.nan, np.nan])  # of two, 2048 of them
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to the nearest whole number
 
 
@@ -89,7 +89,7 @@ def exponential(out: Floats, a: Floats) -> None:
         p = 1.0 / 24.0 + r * p
         p = 1.0 / 6.0 + r * p
         p = 0.5 + r * p
-        v = (1.0 + r * (1.0 + r * p)) * _POWERS[np.uint64(q + 1022.0)]
+        v = (1.0 + r * (1.0 + r * p)) * _POWERS[np.int64(q + 1022.0) & 2047]
         v = 0.0 if a[k] < EXP_LEAST else v
         v = np.inf if a[k] > EXP_MOST else v
         out[k] = v if a[k] == a[k] else a[k]

@@ -5,6 +5,7 @@ slowest): in a brick with S = 8 samples per axis a register in x has 8 values, o
 scattered points every register is full and holds one value per point.
 """
 
+import numpy as np
 from numba import njit
 
 from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows, binary, copy, fill, power, unary
@@ -17,36 +18,35 @@ SIDE = 8  # samples along a brick
 @njit(**INNER)
 def count_of(mask: int, side: int) -> int:
     """The number of values of a register with this mask, on a brick with `side` samples along each axis."""
-    n = 1
-    for bit in range(3):
-        if (mask >> bit) & 1:
-            n *= side
-    return n
+    n = side if mask & 1 else 1
+    n = n * side if mask & 2 else n
+    return n * side if mask & 4 else n
 
 
 @njit(**OPTIONS)
 def spread(out: Floats, a: Floats, own: int, mask: int, side: int) -> None:
     """Store the register `a` of mask `own`, repeated to the layout of `mask`, which contains `own`."""
-    full_x = side if mask & 4 else 1
-    full_y = side if mask & 2 else 1
-    full_z = side if mask & 1 else 1
-    step_z = own & 1
-    step_y = (side if own & 1 else 1) if own & 2 else 0
-    step_x = (side if own & 1 else 1) * (side if own & 2 else 1) if own & 4 else 0
-    place = 0
-    for i in range(full_x):
-        for j in range(full_y):
-            start = i * step_x + j * step_y
-            row = out[place : place + full_z]
-            if step_z == 1:
-                source = a[start : start + full_z]
-                for k in range(full_z):
-                    row[k] = source[k]
+    inner = mask & -mask
+    middle = (mask ^ inner) & -(mask ^ inner)
+    outer = mask ^ inner ^ middle
+    size = side if own & inner else 1
+    step_middle = size if own & middle else 0
+    size = size * side if own & middle else size
+    step_outer = size if own & outer else 0
+    place = np.uint64(0)
+    for i in range(side if outer else 1):
+        for j in range(side if middle else 1):
+            source = np.uint64(i * step_outer + j * step_middle)
+            if side != SIDE:
+                for k in range(side):
+                    out[place + np.uint64(k)] = a[source + np.uint64(k if own & inner else 0)]
+            elif own & inner:
+                for k in range(SIDE):
+                    out[place + np.uint64(k)] = a[source + np.uint64(k)]
             else:
-                value = a[start]
-                for k in range(full_z):
-                    row[k] = value
-            place += full_z
+                for k in range(SIDE):
+                    out[place + np.uint64(k)] = a[source]
+            place += np.uint64(side)
 
 
 @njit(**INNER)
