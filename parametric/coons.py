@@ -85,8 +85,8 @@ def coons(
     bottom, top, left, right : curves that meet at the corners
         Curve objects, callables on [0, 1] or vertices of polylines; each runs linearly over [0, 1].
     blend : "linear", "cubic" or (f1, g1)
-        "linear" is the bilinearly blended patch, "cubic" the partially bicubic one. Functions (callables or sympy
-        expressions) need f1(0) = 1 and f1(1) = 0; the other of each pair is 1 - f1.
+        "linear" is the bilinearly blended patch, "cubic" the partially bicubic one; a pair is for u and for v.
+        Functions (callables or sympy expressions) need f1(0) = 1 and f1(1) = 0; the second of each is 1 - f1.
     ribbons : (bottom, top, left, right), optional
         Derivatives across the edges p_v(u, 0), p_v(u, 1), p_u(0, v), p_u(1, v): the bicubically blended patch.
     twists : "zero", "adini", "gregory" or (2, 2, 3)
@@ -117,8 +117,13 @@ def coons(
     return ribboned(curves, across, corners, twists)
 
 
-def coons_triangle(bottom: CurveLike, left: CurveLike, right: CurveLike, blend: Any = "linear") -> CoonsPatch:
+def coons_triangle(
+    bottom: CurveLike, left: CurveLike, right: CurveLike, blend: Any = ("linear", "cubic")
+) -> CoonsPatch:
     """Three-sided Coons patch: left and right meet at the apex, where the fourth edge v = 1 shrinks to a point.
+
+    With the default blend, linear from left to right and cubic towards the apex, the tangent plane there is that of
+    the two sides. With others the apex is a cusp in general and has no normal.
 
     Examples
     --------
@@ -220,11 +225,17 @@ def _meet(curves: dict[str, ParametricCurve]) -> Array:
 
 
 def _blends(blend: Any) -> tuple[Blend, Blend]:
+    """Blending functions in u and in v."""
     if isinstance(blend, str):
-        if blend not in ("linear", "cubic"):
-            raise ValueError(f'blend must be "linear", "cubic" or a pair of functions, got {blend!r}')
-        made = linear_blend() if blend == "linear" else cubic_blend()
-        return made, made
+        return _blend(blend), _blend(blend)
     if not (isinstance(blend, Sequence) and len(blend) == 2):
         raise ValueError(f'blend must be "linear", "cubic" or a pair of functions, got {blend!r}')
-    return FunctionBlend(blend[0]), FunctionBlend(blend[1])
+    return _blend(blend[0]), _blend(blend[1])
+
+
+def _blend(blend: Any) -> Blend:
+    if not isinstance(blend, str):
+        return FunctionBlend(blend)
+    if blend not in ("linear", "cubic"):
+        raise ValueError(f'blend must be "linear", "cubic" or a pair of functions, got {blend!r}')
+    return linear_blend() if blend == "linear" else cubic_blend()
