@@ -32,8 +32,10 @@ def distance_like(surface: Surface, radius: sympy.Expr) -> sympy.Expr:
 
 
 def _normalized(f: sympy.Expr, radius: sympy.Expr) -> sympy.Expr:
-    """The quotient f / sqrt(|grad f|^2 + (f / 4r)^2): near the surface f / |grad f|, nowhere more than 4r, and defined where the
-    gradient vanishes (after Rvachev's normalisation). Below min and max each branch is taken for itself.
+    """The quotient f / sqrt(|grad f|^2 + (f / 4r)^2), near the surface f / |grad f|.
+
+    It is nowhere more than 4r and defined where the gradient vanishes (after Rvachev's normalisation). Below min and
+    max each branch is taken for itself.
     """
     if isinstance(f, sympy.Min | sympy.Max):
         return build(type(f), *(_normalized(part, radius) for part in f.args))
