@@ -28,7 +28,6 @@ FORMULAS = (
         f"{CHAPTER}, first figure; its second point (0, 2/3, 0) is not on the surface",
         Facts(degree=3, singular_points=1, types="A1", singular_curves=0, closed=False, euler=2),
         Ball(1.5),
-        method="conforming",
         look=replace(OCEAN, view=(1.0, 0.35, 1.7), up=(0.0, 1.0, 0.0)),
     ),
     Entry(
@@ -106,7 +105,6 @@ FORMULAS = (
         "Cayley, A memoir on cubic surfaces, 1869",
         Facts(degree=3, singular_points=4, types="4 A1", singular_curves=0, closed=False, euler=2),
         Ball(1.8),
-        method="conforming",
         look=replace(MOSS, view=(1.0, -2.2, 0.8)),
     ),
     Entry(
@@ -179,7 +177,6 @@ FORMULAS = (
         "Sums of Chebyshev polynomials, Chmutov, J. Algebraic Geom. 1, 1992; 12 nodes, on the edges of a cube",
         Facts(degree=4, singular_points=12, types="12 A1", singular_curves=0, closed=True, euler=4),
         1.3,
-        method="conforming",
         look=STEEL,
     ),
     Entry(
@@ -198,7 +195,6 @@ FORMULAS = (
         "Hauser, gallery of algebraic surfaces",
         Facts(degree=3, singular_points=1, types="A1", singular_curves=0, closed=False, euler=2),
         Ball(1.6),
-        method="conforming",
         look=GOLD,
     ),
     Entry(
