@@ -18,6 +18,7 @@ from implicit.kernels.filter import UNSURE, tape_signs
 from implicit.polynomial import Polynomial
 from implicit.surface import Surface
 from implicit.tape import Tape, make_tape
+from implicit.trees import is_branching, x, y, z
 
 Floats: TypeAlias = NDArray[np.float64]
 Signs: TypeAlias = NDArray[np.int8]
@@ -111,11 +112,48 @@ class Sign:
     def _floats(self, points: Floats, radii: Floats, block: int) -> Signs:
         if self._terms is not None:
             return _term_signs(self._terms, points, radii, block)
-        out = np.empty(len(points), dtype=np.int8)
-        tape = self._tape
-        registers = np.empty((len(tape) + 6, block + 16))
-        tape_signs(tape.code, tape.arguments, tape.constants, points, radii, block, registers, out)
-        return out
+        return _run(self._tape, points, radii, block, _NOTHING)
+
+    @cached_property
+    def _slopes(self) -> tuple[Tape, ...]:
+        """The tapes of the three derivatives; none for formulas with min, max or abs."""
+        expression = self.surface.expression
+        if expression is None or is_branching(expression) or self._terms is not None:
+            return ()
+        return tuple(make_tape(expression.diff(s)) for s in (x, y, z))
+
+    def clear(self, points: Floats, radius: Floats | float, ball: bool) -> Signs:
+        """As `around`, sharper where f is smooth: |f(q) - f(p)| is at most |q - p| times the largest slope between.
+
+        Within means in the ball of the radius round a point, or in the cube.
+        """
+        if not self._slopes:
+            return np.full(len(points), UNSURE, dtype=np.int8)
+        radii = np.broadcast_to(np.asarray(radius, dtype=float), len(points)).copy()
+        value, error = _values(self._tape, points, np.zeros(1))
+        slopes = np.stack([abs(g) + e for g, e in (_values(tape, points, radii) for tape in self._slopes)])
+        with np.errstate(all="ignore"):
+            reach = (
+                radii * (np.sqrt((slopes * slopes).sum(axis=0)) if ball else slopes.sum(axis=0)) * (1 + 1e-14) + error
+            )
+            return np.where(value > reach, 1, np.where(value < -reach, -1, UNSURE)).astype(np.int8)
+
+
+_NOTHING = np.empty((2, 0))
+
+
+def _run(tape: Tape, points: Floats, radii: Floats, block: int, known: Floats) -> Signs:
+    out = np.empty(len(points), dtype=np.int8)
+    registers = np.empty((len(tape) + 6, block + 16))
+    tape_signs(tape.code, tape.arguments, tape.constants, points, radii, block, registers, out, known)
+    return out
+
+
+def _values(tape: Tape, points: Floats, radii: Floats) -> Floats:
+    """Values (n,) at points, and bounds (n,) for their distance from all exact values within the radii: (2, n)."""
+    known = np.empty((2, len(points)))
+    _run(tape, points, radii, 1, known)
+    return known
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +182,10 @@ class BlackBoxSign(Sign):
         """The signs of the computed values; UNSURE where they are no numbers."""
         values = self.surface.field.values(points)
         return np.where(np.isnan(values), UNSURE, np.sign(values)).astype(np.int8)
+
+    def clear(self, points: Floats, radius: Floats | float, ball: bool) -> Signs:
+        """UNSURE: nothing is known of the slopes."""
+        return np.full(len(points), UNSURE, dtype=np.int8)
 
     def exactly(self, point: Exact) -> int:
         """UNSURE: there is no exact value."""

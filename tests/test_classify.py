@@ -151,6 +151,21 @@ def test_tolerance_is_a_distance(seed, exponent, share):
     assert (classify(Surface("x^2 + y^2 + z^2 = 1"), points, tolerance=tolerance) == expected).all()
 
 
+@pytest.mark.parametrize("tolerance", [0.003, 0.03, 0.15])
+def test_tolerance_is_a_distance_from_curved_surfaces_and_creases(tolerance):
+    points = np.random.default_rng(2).uniform(-1.5, 1.5, (1500, 3))
+    ring = np.hypot(points[:, 0], points[:, 1])
+    torus = np.hypot(ring - 1, points[:, 2]) - 0.4
+    over = np.abs(points) - 0.75
+    cube = np.linalg.norm(np.maximum(over, 0), axis=1) + np.minimum(over.max(axis=1), 0)
+    for text, distance in ((TORUS, torus), ("max(abs(x), abs(y), abs(z)) - 3/4", cube)):
+        codes = classify(Surface(text), points, tolerance=tolerance)
+        far, near = abs(distance) > 1.011 * tolerance, abs(distance) <= tolerance
+        assert (codes[far] == np.sign(distance[far])).all()
+        assert (codes[near] == 0).all()
+        assert np.isin(codes, (-1, 0, 1)).all()
+
+
 def test_tolerance_at_singular_points():
     umbrella, cone = Surface("x^2 - y^2 z"), Surface("x^2 + y^2 - z^2")
     assert classify(umbrella, (0.001, 0, -1), tolerance=0.002) == 0

@@ -16,7 +16,7 @@ from implicit.implicitize.eliminate import Image, Monomial
 from implicit.implicitize.homogeneous import all_monomials
 from implicit.implicitize.modular import Residues, product
 
-_BATCH = 512  # determinants at a time
+_BATCH = 160_000  # entries of the matrices whose determinants are found together: they fit in a cache
 
 
 def plane_matrices(arrays: Residues, p: int) -> list[Residues]:
@@ -110,11 +110,12 @@ def square_image(degree: int, clock: Clock) -> Image:
 def _values(mats: Residues, points: Residues, p: int, clock: Clock) -> Residues:
     """The determinants of M at points (N, 3) modulo p."""
     out = np.empty(len(points), dtype=np.int64)
-    for start in range(0, len(points), _BATCH):
+    batch = max(16, _BATCH // mats[0].size)
+    for start in range(0, len(points), batch):
         clock.check("the determinants of moving planes")
-        x, y, z = points[start : start + _BATCH].T[:, :, None, None]
+        x, y, z = points[start : start + batch].T[:, :, None, None]
         stack = ((mats[0] * x % p + mats[1] * y % p) + (mats[2] * z % p + mats[3])) % p
-        out[start : start + _BATCH] = determinants(stack, p)
+        out[start : start + batch] = determinants(stack, p)
     return out
 
 

@@ -75,7 +75,7 @@ def estimate_seconds(coordinates: Coordinates, counted: Count) -> float:
     primes = ceil(2 * bits / 31) * coordinates.field.degree
     free = counted.map_degree == 1 and degree == rows
     determinants = comb(degree + 3, 3) if free else 2 * comb(degree + 2, 2) * (rows + 1)
-    return primes * (determinants * rows**3 / 3 * 7e-9 + comb(degree + 3, 3) * 1e-5)
+    return primes * (determinants * rows**3 / 3 * 1.5e-8 + comb(degree + 3, 3) * 1e-5)
 
 
 def _duration(seconds: float) -> str:

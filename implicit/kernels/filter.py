@@ -30,11 +30,12 @@ def tape_signs(
     block: int,
     registers: Floats,
     out: NDArray[np.int8],
+    known: Floats,
 ) -> None:
     """Store -1 or 1 where the sign of the result is certain at all points within a radius of a point, else UNSURE.
 
     points (n, 3); distances are the largest difference of a coordinate; radii (n,), or (1,) for one radius for all.
-    registers (rows of the tape + 6, >= block) is room to work in.
+    registers (rows of the tape + 6, >= block) is room to work in. known (2, n) takes values and bounds, unless empty.
     """
     size = code.shape[0]
     scratch, axes = registers[size : size + 3], registers[size + 3 : size + 6]
@@ -53,6 +54,9 @@ def tape_signs(
         for k in range(n):
             v = values[k]
             out[base + k] = 1 if v > bound else (-1 if v < -bound else UNSURE)
+        if known.shape[1] > 0:
+            for k in range(n):
+                known[0, base + k], known[1, base + k] = values[k], bound
 
 
 @njit(**OPTIONS)
