@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.bspline import drop
-from parametric.conic import circular_frame
+from parametric.conic import Conic, circular_frame
 from parametric.curve import CurveLike, ParametricCurve, to_curve
-from parametric.parameters import Array, Interval, to_vector
-from parametric.place import to_direction
+from parametric.parameters import Array, Interval, to_parameters, to_vector
+from parametric.place import rotation, to_direction
 from parametric.surface import ParametricSurface
 
 if TYPE_CHECKING:
@@ -86,6 +86,18 @@ class RevolvedSurface(ParametricSurface):
     def breaks(self) -> tuple[Array, Array]:
         """The breaks of the profile, and the ends of the angle."""
         return self.curve.breaks, np.array([0.0, self.angle])
+
+    def iso_u(self, u: float) -> Conic:
+        """The circle of constant u, by its true angle."""
+        radius = self.curve(to_parameters(u, self.domain[0], "u")) - self.point
+        along = (radius @ self.direction) * self.direction
+        rows = np.stack([self.point + along, radius - along, np.cross(self.direction, radius)])
+        return Conic(np.column_stack([rows, [1.0, 0.0, 0.0]]), (0.0, self.angle))
+
+    def iso_v(self, v: float) -> ParametricCurve:
+        """The profile turned by the angle v."""
+        turn = rotation(self.direction, float(to_parameters(v, self.domain[1], "v")), self.point)
+        return self.curve.transform(turn)
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3)."""

@@ -11,6 +11,7 @@ from parametric import (
     BezierSurface,
     FormulaSurface,
     FunctionCurve,
+    ParametricSurface,
     area,
     circle,
     fundamental_forms,
@@ -158,6 +159,28 @@ def test_no_limit_no_normal():
 
 def test_singular_parametrization_is_found():
     assert is_singular(SPHERE, [0.0, 1.0, pi], 1.0).tolist() == [True, False, True]
+
+
+def test_one_method_makes_a_surface():
+    """Everything follows from `domain` and `derivative`."""
+
+    class Saddle(ParametricSurface):
+        domain = ((-1.0, 1.0), (-1.0, 1.0))
+
+        def derivative(self, u, v, i, j):
+            a, b = np.broadcast_arrays(*self.parameters(u, v))
+            x, y = (a, 1.0, 0.0)[min(i, 2)], (b, 1.0, 0.0)[min(j, 2)]
+            parts = (x * (j == 0), y * (i == 0), x * y)
+            return np.stack(np.broadcast_arrays(*parts, a)[:3], axis=-1)
+
+    mine, a, b = Saddle(), np.linspace(-1, 1, 7), np.linspace(-1, 1, 5)
+    near(mine.grid(a, b), SADDLE.grid(a, b))
+    near(mine.normal(a[:, None], b), SADDLE.normal(a[:, None], b))
+    near(mine.curvature(a[:5], b).principal, SADDLE.curvature(a[:5], b).principal)
+    near(mine.iso_u(0.5).derivative(b), SADDLE.iso_u(0.5).derivative(b))
+    assert mine.iso_v(0.5).length() == pytest.approx(np.sqrt(5), rel=1e-12)
+    assert area(mine) == pytest.approx(area(SADDLE), rel=1e-9)
+    assert repr(mine) == "<Saddle on [-1, 1] x [-1, 1]>"
 
 
 def test_frame_gives_all_at_once():
