@@ -13,12 +13,13 @@ from implicit.domain import Bounds, Box, to_bounds
 from implicit.evaluate import Field
 from implicit.mesh import Mesh, area_weighted_normals
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.block import Block, find_blocks, put_cones
-from implicit.polygonizers.conforming.check import bent_cells, boxes_round, folded, hidden, not_singular, turns
+from implicit.polygonizers.conforming.block import find_blocks, put_cones
+from implicit.polygonizers.conforming.check import TURN, bent_cells, boxes_round, folded, hidden, not_singular, turns
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.join import join_patch
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.neighbourhood import Neighbourhood, mesh_neighbourhood
+from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
+from implicit.polygonizers.conforming.resolve import isolated_points, resolve
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
@@ -36,10 +37,10 @@ Cells = Callable[[IntArray], NDArray[np.bool_]]
 
 MARGIN = 7
 """Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
-_APART = 5.0
-"""A block nearer than this to other singular points or curves is given up for tetrahedra."""
-_BEYOND = 1.5
-"""Singular curves are followed so many cells beyond the bounds."""
+_PASSES = 2
+"""Where the sweep turns out too coarse, tetrahedra are tried in its place."""
+_MOST_SEEDS = 300
+"""If it is too coarse in more places than these, nothing is tried."""
 
 
 @dataclass(eq=False)
@@ -97,61 +98,37 @@ def conforming(
 
         locus = singularities(surface, grid.box)
     local = Local(surface.field, grid, tuple(rims(domain, surface.field, grid.step)))
-    blocks, hood = _resolve(local, locus)
+    found = find_blocks(surface.field, grid, isolated_points(local, locus))
     sampler = choose_sampler(surface, grid.lattice)
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
     weld(marched.vertices, marched.faces, marched.pinned)
-    draft = _Draft(*put_cones(marched.vertices, _without_repeats(marched.faces), grid, blocks))
-    if hood is not None:
-        _join(draft, grid, hood)
+    swept = _Draft(marched.vertices, _without_repeats(marched.faces), np.zeros(0, np.int64))
+    seeds = np.zeros((0, 3))
+    for _ in range(_PASSES):
+        blocks, hood = resolve(local, locus, found, seeds)
+        draft = _Draft(*put_cones(swept.vertices, swept.faces, grid, blocks))
+        if hood is not None:
+            _join(draft, grid, hood)
+        skipped = [block.holds for block in blocks] + ([hood.patch.region.holds] if hood else [])
+        fresh = _coarse(draft, local, skipped)
+        if not 0 < len(fresh) <= _MOST_SEEDS:
+            break
+        seeds = np.concatenate([seeds, fresh])
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
-    skipped = [block.holds for block in blocks] + ([hood.patch.region.holds] if hood else [])
     return _finish(draft, domain, local, skipped)
 
 
-def _resolve(local: Local, locus: SingularLocus) -> tuple[list[Block], Neighbourhood | None]:
-    """Blocks for the singular points that have one, and the neighbourhood of all others and of the curves."""
-    grid = local.grid
-    isolated = _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
-    on_curves = _near(local, np.concatenate([np.zeros((0, 3)), *(curve.special for curve in locus.curves)]))
-    lines = [(grid.to_units(curve.polyline), curve.closed) for curve in locus.curves]
-    blocks, left = find_blocks(local.field, grid, isolated)
-    nodes = grid.to_units(np.concatenate([np.zeros((0, 3)), *(_near(local, curve.polyline) for curve in locus.curves)]))
-    while True:
-        special = _distinct(grid.to_units(np.concatenate([isolated[left], on_curves])))
-        if not len(special) and not lines:
-            return blocks, None
-        clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes])) < _APART]
-        if not clash:
-            hood = mesh_neighbourhood(local, special, lines, _BEYOND)
-            clash = [block for block in blocks if hood.patch.region.holds(_cells_of(block)).any()]
-            if not clash:
-                return blocks, hood
-        blocks = [block for block in blocks if block not in clash]
-        kept = [block.point.tolist() for block in blocks]
-        left = np.array([row for row, point in enumerate(isolated.tolist()) if point not in kept], np.int64)
-
-
-def _gap(block: Block, units: FloatArray) -> float:
-    """How many cells lie between a block and the nearest of some places."""
-    away = np.maximum(block.lower - units, units - block.upper).max(axis=1)
-    return float(away.min(initial=np.inf))
-
-
-def _cells_of(block: Block) -> IntArray:
-    ranges = [np.arange(a, b) for a, b in zip(block.lower, block.upper, strict=True)]
-    return np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
-
-
-def _near(local: Local, points: FloatArray) -> FloatArray:
-    """The points less than two cells outside the bounds."""
-    return points[local.heights(local.grid.to_units(points)) < 2] if len(points) else points
-
-
-def _distinct(points: FloatArray) -> FloatArray:
-    """The points without those that repeat an earlier one."""
-    far = np.linalg.norm(points[:, None] - points, axis=2) > 1e-6
-    return points[[row for row in range(len(points)) if far[row, :row].all()]]
+def _coarse(draft: _Draft, local: Local, skipped: Sequence[Cells]) -> FloatArray:
+    """The middles, in lattice units, of faces of the sweep in the bounds over which the gradient turns too far."""
+    normals = _normals(local.field, draft.vertices, draft.singular)
+    bad = draft.faces[turns(normals, draft.faces, draft.singular) < TURN]
+    middles = local.grid.to_units(draft.vertices[bad].mean(axis=1))
+    middles = middles[local.heights(middles) < 1] if len(middles) else middles
+    cells = np.floor(middles).astype(np.int64)
+    for holds in skipped:
+        fine = ~holds(cells)
+        middles, cells = middles[fine], cells[fine]
+    return middles
 
 
 def _without_repeats(faces: IntArray) -> IntArray:

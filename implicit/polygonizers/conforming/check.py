@@ -9,7 +9,7 @@ from implicit.polygonizers.conforming.grid import Grid
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_TURN = -0.2
+TURN = -0.2
 """Unit gradients at the corners of a triangle may not turn by more than this cosine."""
 _BENT = 0.6
 """Where they turn by more than this cosine, the cells around are searched for singular points."""
@@ -32,7 +32,7 @@ def turns(normals: FloatArray, faces: IntArray, special: IntArray) -> FloatArray
 
 def folded(vertices: FloatArray, faces: IntArray, cosines: FloatArray) -> FloatArray:
     """Boxes (n, 2, 3) round the faces over which the gradient turns too far."""
-    corners = vertices[faces[cosines < _TURN]]
+    corners = vertices[faces[cosines < TURN]]
     return np.stack([corners.min(axis=1, initial=np.inf), corners.max(axis=1, initial=-np.inf)], axis=1)
 
 

@@ -19,7 +19,7 @@ def join_patch(
     cells = np.floor(grid.to_units(vertices[faces].mean(axis=1))).astype(np.int64)
     inside = patch.region.holds(cells)
     singular = len(vertices) + np.arange(len(on))
-    number = singular[-1] + 1 + np.arange(len(patch.places))
+    number = len(vertices) + len(on) + np.arange(len(patch.places))
     special = np.full(int(patch.names.max(initial=0)) + 1, -1)
     first = len(patch.region.places)
     special[first : first + len(on)] = singular[: max(len(special) - first, 0)]

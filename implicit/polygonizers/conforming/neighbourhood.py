@@ -31,9 +31,12 @@ class Neighbourhood:
 
 
 def mesh_neighbourhood(
-    local: Local, special: FloatArray, polylines: list[tuple[FloatArray, bool]], beyond: float
+    local: Local, special: FloatArray, polylines: list[tuple[FloatArray, bool]], beyond: float, seeds: FloatArray
 ) -> Neighbourhood:
-    """The mesh round special points (k, 3) and curves, in lattice units; curves go on `beyond` cells past the walls."""
+    """The mesh round special points (k, 3), curves and seeds (n, 3), in lattice units.
+
+    Curves go on `beyond` cells past the walls; seeds are further vertices.
+    """
     rng = np.random.default_rng(5)
     grid = local.grid
     arcs = find_arcs(local, polylines, special, beyond)
@@ -50,6 +53,7 @@ def mesh_neighbourhood(
     for turn in range(_RETRIES + 1):
         tubes = [find_tube(local, number, arcs, balls, stops[number], limits, rng) for number in range(len(arcs))]
         skeleton = build_skeleton(balls, [tube for tube in tubes if tube is not None], rng)
+        skeleton.add(seeds)
         patch = mesh_region(local, skeleton, grid.cells, rng)
         if not len(patch.doubtful) or not len(patch.blocked) or not arcs or turn == _RETRIES:
             break

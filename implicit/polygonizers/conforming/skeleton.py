@@ -58,6 +58,12 @@ class Skeleton:
                 result[row] = not inside.any()
         return result
 
+    def add(self, points: FloatArray) -> None:
+        """Take in more vertices, those that lie outside the balls and tubes and not too near to others."""
+        points = points[self.free(points, 1.2, 1.5)]
+        fixed = np.concatenate([self.on, self.around])
+        self.around = np.concatenate([self.around, points[thin(points, np.full(len(points), 0.5), fixed, 0.6)]])
+
     def onto_spheres(self, points: FloatArray) -> FloatArray:
         """The points, those in a ball pushed out to its sphere."""
         for ball in self.balls:
