@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from parametric.batch import evaluator
 from parametric.cells import Cells
 from parametric.parameters import Array, to_parameters
 from parametric.shell import Shell
 from parametric.surface import ParametricSurface
-from parametric.tessellate import SurfaceMesh, evaluator, to_mesh
+from parametric.tessellate import SurfaceMesh, to_mesh
 from parametric.triangulation import Triangulation
 
 _DIAGONALS = ("falling", "rising")

@@ -4,12 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.mesh import Mesh, area_weighted_normals
+from parametric.batch import evaluator
 from parametric.cells import Cells, first_splits
 from parametric.deviation import line_deviations, triangle_deviations
 from parametric.parameters import Array
 from parametric.shell import Shell
 from parametric.surface import ParametricSurface
-from parametric.triangulation import Evaluate, Triangulation
+from parametric.triangulation import Triangulation
 
 Ints = NDArray[np.int64]
 
@@ -58,7 +59,7 @@ def tessellate(surface: ParametricSurface | Shell, *, tolerance: float, certifie
     surface : ParametricSurface or Shell
     tolerance : float
         The largest distance of the surface from the mesh, a length. It is tested at three points of every line and
-        seven of every triangle, which bounds smooth surfaces in practice but proves nothing.
+        four of every triangle, which bounds smooth surfaces in practice but proves nothing.
     certified : bool
         Prove the bound, for surfaces with Bezier pieces: a piece lies in the convex hull of its control points, so
         none of it is farther from a triangle than they are. About a third more triangles.
@@ -78,22 +79,6 @@ def tessellate(surface: ParametricSurface | Shell, *, tolerance: float, certifie
     net = Triangulation(cells, evaluator(shell))
     refine(net, tolerance, certified)
     return to_mesh(net)
-
-
-def evaluator(shell: Shell) -> Evaluate:
-    """Points of many surfaces at once."""
-
-    def evaluate(home: Ints, places: Array) -> Array:
-        if not len(home):
-            return np.zeros((0, 3))
-        order = np.argsort(home, kind="stable")
-        result = np.empty((len(home), 3))
-        numbers, starts = np.unique(home[order], return_index=True)
-        for k, rows in zip(numbers, np.split(order, starts[1:])):
-            result[rows] = shell.surfaces[k](places[rows, 0], places[rows, 1])
-        return result
-
-    return evaluate
 
 
 def refine(net: Triangulation, tolerance: float, certified: bool) -> None:

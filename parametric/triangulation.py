@@ -104,10 +104,13 @@ class Triangulation:
         halves = np.full(marked.size, -1)
         halves[cut] = marked.size + 2 * np.arange(cut.size)
         first_new = marked.size
-        self._add_halves(old, middles[cut])
+        parts = self._halve(old, middles[cut])
         beside: Bools = np.any(marked[self.triangles.lines], axis=1)
         kept = self.triangles.pick(~beside)
-        new = self._split_triangles(self.triangles.pick(beside), middles, halves)
+        split = self.triangles.pick(beside)
+        cutter = _Cutter(self, split, middles[split.lines], halves[split.lines], first_new + 2 * cut.size)
+        new = cutter.cut()
+        self.lines = Lines.join([self.lines, parts, *cutter.new_lines])
         self.triangles = Triangles.join([kept, *new])
         new_triangles = np.arange(len(kept.home), len(self.triangles.home))
         return np.arange(first_new, len(self.lines.home)), new_triangles
@@ -125,7 +128,7 @@ class Triangulation:
         self.vertex_home = np.concatenate([self.vertex_home, old.home])
         self.vertex_place = np.concatenate([self.vertex_place, place])
 
-    def _add_halves(self, old: Lines, middles: Ints) -> None:
+    def _halve(self, old: Lines, middles: Ints) -> Lines:
         """Two lines for each line cut: from its first end to the middle, and on to its second end."""
         place = self.vertex_place[middles]
         s = old.stretch.mean(axis=1)
@@ -136,12 +139,7 @@ class Triangulation:
             parts.append(Lines(ends, old.home, places, old.edge, stretch))
         both = Lines.join(parts)
         order = np.arange(2 * len(middles)).reshape(2, -1).T.ravel()
-        self.lines = Lines.join([self.lines, both.pick(order)])
-
-    def _split_triangles(self, old: Triangles, middles: Ints, halves: Ints) -> list[Triangles]:
-        """The triangles that replace those beside a line that was cut."""
-        cutter = _Cutter(self, old, middles[old.lines], halves[old.lines])
-        return cutter.cut()
+        return both.pick(order)
 
     def middle_places(self, t: Triangles, k: int, which: Ints, lines: Ints) -> Array:
         """Parameters, on each triangle's own surface, of the middle of its line k."""
@@ -179,10 +177,10 @@ class _Cutter:
           0 - 3 - 1
     """
 
-    def __init__(self, owner: Triangulation, old: Triangles, middles: Ints, halves: Ints) -> None:
+    def __init__(self, owner: Triangulation, old: Triangles, middles: Ints, halves: Ints, count: int) -> None:
         self.owner, self.old, self.halves = owner, old, halves
         self.new_lines: list[Lines] = []
-        self.count = len(owner.lines.home)
+        self.count = count
         everything = np.arange(len(old.home))
         sides = [owner.middle_places(old, k, everything, old.lines[:, k]) for k in range(3)]
         self.vertex = np.concatenate([old.corners, middles], axis=1)
@@ -192,13 +190,12 @@ class _Cutter:
         self.parts: list[Triangles] = []
 
     def cut(self) -> list[Triangles]:
-        """All new triangles; the lines inside them are added to the owner."""
+        """All new triangles; the lines inside them are in `new_lines`, numbered from `count`."""
         for k in range(3):
             a, b, c = k, (k + 1) % 3, (k + 2) % 3
             self._cut_one(np.flatnonzero(self.code == 1 << k), a, b, c)
             self._cut_two(np.flatnonzero(self.code == 7 ^ (1 << c)), a, b, c)
         self._cut_three(np.flatnonzero(self.code == 7))
-        self.owner.lines = Lines.join([self.owner.lines, *self.new_lines])
         return self.parts
 
     def _cut_one(self, t: Ints, a: int, b: int, c: int) -> None:

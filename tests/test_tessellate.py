@@ -171,10 +171,10 @@ def test_certified_meshes_keep_the_tolerance_everywhere(tolerance):
 
 
 def test_a_certificate_bounds_what_is_measured():
+    from parametric.batch import evaluator
     from parametric.cells import Cells, first_splits
     from parametric.certificate import certified_deviations
     from parametric.deviation import triangle_deviations
-    from parametric.tessellate import evaluator
     from parametric.triangulation import Triangulation
 
     shell = teapot()
