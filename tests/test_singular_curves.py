@@ -85,6 +85,15 @@ def test_hunts_surface_has_two_closed_edges_and_two_nodes() -> None:
     assert locus.complete
 
 
+def test_boys_surface_has_one_closed_curve_through_its_triple_point() -> None:
+    locus = singularities(surface_of("boy_apery"), box_of("boy_apery"))
+    (curve,) = locus.curves
+    assert curve.closed and set(curve.leaves) == {4}
+    assert np.allclose(curve.special, [[0, 0, 1]], rtol=0, atol=1e-9)
+    assert np.count_nonzero((curve.polyline == curve.special[0]).all(axis=1)) == 3
+    assert locus.complete
+
+
 def test_curves_are_cut_at_the_boundary() -> None:
     inside = singularities(Surface("x^2 = y^2 z"), Ball(0.5, (0, 0, 0.25))).curves[0].polyline
     assert sorted(inside[[0, -1], 2]) == pytest.approx([-0.25, 0.75], abs=1e-12)

@@ -61,7 +61,9 @@ class Part:
             slope, height, number = (arb_poly([r(at) for r in q])(root) for q in self._rows[1:])
             if self.field.degree > 1 and not abs(number / slope - self.field.root).upper() < 1e-9:
                 return None
-            return self.turn @ np.array([float(arb(at)), float(root.mid()), float((height / slope).mid())])
+            place = np.array([float(arb(at)), float(root.mid()), float((height / slope).mid())])
+            point = self.turn @ place
+            return np.where(np.abs(point) < 1e-15 * np.abs(self.turn) @ np.abs(place), 0.0, point)
 
     def critical(self, others: Sequence["Part"]) -> list[arb]:
         """The real X where roots of this part meet each other or those of other parts."""

@@ -45,9 +45,9 @@ class Curves:
     shapes: list[tuple[fmpq_mpoly, ...]]
     twist: Twist
 
-    def other_points(self) -> Floats | None:
+    def other_points(self, deadline: Deadline) -> Floats | None:
         """All real singular points (n, 3) off the curves, if they could be found exactly."""
-        found = real_points(self.twist.form, self.shapes)
+        found = real_points(self.twist.form, deadline, self.shapes)
         return None if found is None else found * self.twist.scale
 
 

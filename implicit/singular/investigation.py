@@ -50,7 +50,7 @@ class Investigation:
         if curves is None or not len(boxes) or self.deadline.passed:
             return boxes
         self._add_curves(curves)
-        others = curves.other_points()
+        others = curves.other_points(self.deadline)
         if others is not None and self._all_found(others) and not self._stray(boxes).any():
             return boxes[:0]
         return boxes

@@ -103,9 +103,7 @@ def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
     x -> x - Y grad f(x) maps the box into centre - Y g + (I - Y H) (box - centre), with H the range of the Hessian.
     """
     middle, radius, y = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    largest = 0.0
-    for v in b:
-        largest = max(largest, abs(v))
+    largest = size_of(b)
     error = error + 4 * UNIT * largest
     for r in range(3):
         for c in range(r, 3):
@@ -145,7 +143,8 @@ def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> Non
     n = shape[axis] - 1
     stride = shape[1] * shape[2] if axis == 0 else (shape[2] if axis == 1 else 1)
     block = stride * (n + 1)
-    right[:] = b
+    for k in range(b.size):
+        right[k] = b[k]
     for start in range(0, b.size, block):
         for line in range(start, start + stride):
             left[line] = right[line]
@@ -186,21 +185,28 @@ def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floa
 
 @njit(cache=True)
 def search(
-    high: Floats, low: Floats, cuts: Floats, starts: Ints, depth: int, budget: int
-) -> tuple[Ints, Floats, Ints, Ints, int]:
-    """Search the boxes `starts` down to level `depth`, visiting at most `budget` boxes.
+    high: Floats,
+    low: Floats,
+    shape: Ints,
+    cuts: Floats,
+    starts: Ints,
+    depth: int,
+    room: tuple[Ints, Floats, Ints, Ints],
+) -> tuple[int, int, int, int]:
+    """Search the boxes `starts` down to level `depth`, visiting at most as many as there is room for.
 
-    Returns boxes with exactly one critical point, an estimate of each (in [-1, 1]^3), boxes left at the last level
-    or at the limit of precision, boxes not yet visited, and how many were visited. Everything else is proved empty.
+    Writes boxes with exactly one critical point, estimates of these points (in [-1, 1]^3), boxes left at the last level
+    or at the limit of precision, and boxes that are still open behind the last of `starts` that was begun. Returns how
+    many there are of the first, the third and the fourth, and how many of `starts` were begun. The rest is empty.
     """
-    shape = np.array(high.shape)
-    stack, errors, boxes = np.empty((depth + 2, high.size)), np.empty(depth + 2), np.empty((depth + 2, 4), np.int64)
-    lower, width, root = np.empty(3), np.empty(3), np.empty(3)
-    found, left, roots = np.empty((budget, 4), np.int64), np.empty((budget, 4), np.int64), np.empty((budget, 3))
+    found, roots, left, boxes = room
+    stack, errors = np.empty((depth + 2, high.size)), np.empty(depth + 2)
+    lower, width, root, parent = np.empty(3), np.empty(3), np.empty(3), np.empty(high.size)
     n_found, n_left, visited, todo, top = 0, 0, 0, 0, 0
-    while visited < budget and (top > 0 or todo < len(starts)):
+    while visited < len(left) and (top > 0 or todo < len(starts)):
         if top == 0:
-            boxes[0] = starts[todo]
+            for a in range(4):
+                boxes[0, a] = starts[todo, a]
             errors[0] = np.inf
             todo += 1
             top = 1
@@ -210,27 +216,41 @@ def search(
         place(box, lower, width)
         if cut_off(lower, width, cuts):
             continue
-        largest = np.inf if error == np.inf else np.max(np.abs(b))
+        largest = np.inf if error == np.inf else size_of(b)
         if error == np.inf or error > 1e-7 * largest:
-            error = restrict(high, low, lower, width, b)
-            largest = np.max(np.abs(b))
+            error = restrict(high, low, shape, lower, width, b, parent)
+            largest = size_of(b)
         verdict = examine(b, error, shape, box[0] >= 3, root)
         if verdict > 0:
-            found[n_found] = box
-            roots[n_found] = lower + width * root
+            for a in range(4):
+                found[n_found, a] = box[a]
+            for a in range(3):
+                roots[n_found, a] = lower[a] + width[a] * root[a]
             n_found += 1
         elif verdict == 0 and (box[0] >= depth or error > 1e-2 * largest):
-            left[n_left] = box
+            for a in range(4):
+                left[n_left, a] = box[a]
             n_left += 1
         elif verdict == 0:
             # the upper half takes this place, the lower half the next
             axis = box[0] % 3
             errors[top] = errors[top + 1] = error + (shape[axis] + 1) * UNIT * largest
-            halve(b.copy(), shape, axis, stack[top + 1], b)
+            for k in range(b.size):
+                parent[k] = b[k]
+            halve(parent, shape, axis, stack[top + 1], b)
             box[0] += 1
             box[1 + axis] *= 2
-            boxes[top + 1] = box
+            for a in range(4):
+                boxes[top + 1, a] = box[a]
             box[1 + axis] += 1
             top += 2
-    rest = np.concatenate((boxes[:top], starts[todo:]))
-    return found[:n_found].copy(), roots[:n_found].copy(), left[:n_left].copy(), rest, visited
+    return n_found, n_left, top, todo
+
+
+@njit(cache=True)
+def size_of(b: Floats) -> float:
+    """The largest absolute coefficient."""
+    largest = 0.0
+    for v in b:
+        largest = max(largest, abs(v))
+    return largest

@@ -69,7 +69,8 @@ def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int,
         if len(run):
             best = int(run[np.argmin(np.abs(bend[run]))])
             found.append((best, chain.polyline[best]))
-    return found
+    small = 1e-13 * float((box[1] - box[0]).max())
+    return [(n, np.where(np.abs(point) < small, 0.0, point)) for n, point in found]
 
 
 def _bisect(chain: Chain, n: int, values: Values) -> Floats | None:

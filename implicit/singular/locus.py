@@ -86,7 +86,7 @@ def _numeric(surface: Surface, bounds: Bounds | float | None) -> SingularLocus:
 
 def _everywhere(form: Form, deadline: Deadline) -> SingularLocus:
     """All of affine space: the points by elimination, then a search around them for proofs and types."""
-    points = real_points(form)
+    points = real_points(form, deadline)
     if points is None:
         raise ValueError(
             "bounds were wanted: without them there must be finitely many singular points, and few enough to eliminate"

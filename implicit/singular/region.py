@@ -48,7 +48,8 @@ class Region:
         self.lower = self.asked[0] - size * _MARGINS[0]
         self.upper = self.asked[1] + size * _MARGINS[1]
         self.middle, self.half = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
-        self.high, self.low = self.form.in_box(self.lower, self.upper)
+        high, low = self.form.in_box(self.lower, self.upper)
+        self.high, self.low, self.shape = high.ravel(), low.ravel(), np.array(high.shape)
         planes = self.cuts[:, :3] * self.half
         self.planes = np.column_stack([planes, self.cuts[:, 3] + self.cuts[:, :3] @ self.middle])
 
@@ -68,13 +69,17 @@ class Region:
     def search(self, starts: Ints, depth: int, deadline: Deadline) -> tuple[Ints, Floats, Ints, Ints]:
         """Boxes with one critical point, estimates of it, boxes left at `depth`, boxes there was no time for."""
         budget = max(300, 20_000_000 // self.high.size)
-        found, roots, left = [], [], []
-        rest = starts
+        room = (_boxes(budget), np.empty((budget, 3)), _boxes(budget), _boxes(depth + 2))
+        found, roots, left, rest = [_boxes(0)], [np.zeros((0, 3))], [_boxes(0)], starts
         while len(rest) and not deadline.passed:
-            f, r, kept, rest, _ = search(self.high, self.low, self.planes, rest, depth, budget)
-            found.append(f)
-            roots.append(r)
-            left.append(kept)
-        empty = np.zeros((0, 4), np.int64)
-        estimates = np.concatenate([np.zeros((0, 3)), *roots]) * self.half + self.middle
-        return np.concatenate([empty, *found]), estimates, np.concatenate([empty, *left]), rest
+            f, n, top, begun = search(self.high, self.low, self.shape, self.planes, rest, depth, room)
+            found.append(room[0][:f].copy())
+            roots.append(room[1][:f].copy())
+            left.append(room[2][:n].copy())
+            rest = np.concatenate([room[3][:top], rest[begun:]])
+        estimates = np.concatenate(roots) * self.half + self.middle
+        return np.concatenate(found), estimates, np.concatenate(left), rest
+
+
+def _boxes(count: int) -> Ints:
+    return np.empty((count, 4), np.int64)

@@ -1,7 +1,6 @@
 """Singular points beside the curves: all of them, exactly, where an ideal with finitely many points says so."""
 
 from collections.abc import Sequence
-from itertools import product
 from math import prod
 
 import numpy as np
@@ -11,34 +10,61 @@ from numpy.typing import NDArray
 from implicit.singular.arcs import real_roots
 from implicit.singular.form import Form, evaluate, precision
 from implicit.singular.ideal import RATIONAL, Ideal, coordinates, radical_of, singular_equations
+from implicit.singular.region import Deadline
 
 Floats = NDArray[np.float64]
 
 _FORMS = ((3, 5, 7, 11, 0), (5, -3, 11, 7, 0), (0, 1, 0, 0, 0), (13, 4, -9, 5, 0))
 _BITS = 320
-_CHOICES = 32
+_TRIES = 24
 
 
-def real_points(form: Form, curves: Sequence[Sequence[fmpq_mpoly]] = ()) -> Floats | None:
-    """All real singular points (n, 3) off some curves, given by equations; None where that is not found out.
-
-    A point off all the curves satisfies 1 = v p for some product p of one equation of each curve.
-    """
+def real_points(form: Form, deadline: Deadline, curves: Sequence[Sequence[fmpq_mpoly]] = ()) -> Floats | None:
+    """All real singular points (n, 3) off some curves, each given by two equations; None where not found out."""
     equations = singular_equations(form)
-    if not curves:
-        return _solve(form, equations)
-    if prod(len(c) for c in curves) > _CHOICES:
-        return None
     whole = Ideal.of(equations)
-    if whole is not None:
-        equations = whole.members[:-1]  # without v = 0
-    v, found = RATIONAL.gens()[4], []
-    for choice in product(*curves):
-        points = _solve(form, [*equations, v * prod(choice) - 1])
-        if points is None:
-            return None
-        found.append(points)
-    return np.concatenate(found)
+    starts = [equations] if whole is None or not curves else [whole.members[:-1], equations]  # without v = 0
+    attempts = _Attempts(form, deadline)
+    for start in starts:
+        found = attempts.off(start, [], curves)
+        if found is not None:
+            return found
+    return None
+
+
+class _Attempts:
+    """Searches for points off curves; which order of steps has small Groebner bases is found by trying."""
+
+    def __init__(self, form: Form, deadline: Deadline) -> None:
+        self.form, self.deadline, self.left = form, deadline, _TRIES
+
+    def off(
+        self, equations: list[fmpq_mpoly], apart: list[fmpq_mpoly], curves: Sequence[Sequence[fmpq_mpoly]]
+    ) -> Floats | None:
+        """The points where none of `apart` is 0 and that lie on none of the curves; that p != 0 is written 1 = v p.
+
+        A point off the curve a = b = 0 has b != 0, or b = 0 and a != 0.
+        """
+        system = [*equations, RATIONAL.gens()[4] * prod(apart) - 1] if apart else equations
+        self.left -= 1
+        if not curves:
+            return _solve(self.form, system)
+        if apart:
+            known = Ideal.of(system)
+            if known is not None and known.is_everything:
+                return np.zeros((0, 3))
+        first, second = curves[0]
+        for a, b in ((first, second), (second, first)):
+            if self.left < 0 or self.deadline.passed:
+                return None
+            one = self.off(equations, [*apart, b], curves[1:])
+            if one is None:
+                continue
+            for more in ([b], []):
+                two = self.off([*equations, *more], [*apart, a], curves[1:])
+                if two is not None:
+                    return np.concatenate([one, two])
+        return None
 
 
 def _solve(form: Form, equations: list[fmpq_mpoly]) -> Floats | None:

@@ -8,10 +8,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
+
 PAIR_UNIT = 2.0**-100  # bounds the relative error of each operation on pairs below, with room to spare
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _sum(a: float, b: float) -> tuple[float, float]:
     s = a + b
     t = s - a
@@ -42,64 +44,70 @@ def multiply(ah: float, al: float, b: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def restrict_line(high: NDArray[np.float64], low: NDArray[np.float64], lower: float, width: float) -> None:
-    """Replace power coefficients on [-1, 1] by Bernstein coefficients on [lower, lower + width], in place."""
-    n = high.size - 1
-    for i in range(n):
-        for j in range(n - 1, i - 1, -1):
-            h, t = multiply(high[j + 1], low[j + 1], lower)
+def restrict_line(high: Floats, low: Floats, first: int, stride: int, n: int, lower: float, width: float) -> None:
+    """Power coefficients on [-1, 1] become Bernstein coefficients on [lower, lower + width], in place.
+
+    They stand at first, first + stride, ..., first + n stride.
+    """
+    last = first + n * stride
+    for i in range(first, last, stride):
+        for j in range(last - stride, i - stride, -stride):
+            h, t = multiply(high[j + stride], low[j + stride], lower)
             high[j], low[j] = add(high[j], low[j], h, t)
     scale, binomial = 1.0, 1.0
-    for j in range(1, n + 1):
+    for k in range(1, n + 1):
+        j = first + k * stride
         scale *= width
-        binomial = binomial * (n + 1 - j) / j
+        binomial = binomial * (n + 1 - k) / k
         h, t = multiply(high[j], low[j], scale)
         quotient = h / binomial
         ph, pl = multiply(-binomial, 0.0, quotient)
         rest, spare = add(h, t, ph, pl)
         high[j], low[j] = _sum(quotient, (rest + spare) / binomial)
-    for i in range(n):
-        for j in range(n, i, -1):
-            high[j], low[j] = add(high[j], low[j], high[j - 1], low[j - 1])
+    for i in range(first, last, stride):
+        for j in range(last, i, -stride):
+            high[j], low[j] = add(high[j], low[j], high[j - stride], low[j - stride])
 
 
 @njit(cache=True)
 def restrict(
-    high: NDArray[np.float64],
-    low: NDArray[np.float64],
-    lower: NDArray[np.float64],
-    width: NDArray[np.float64],
-    out: NDArray[np.float64],
+    high: Floats, low: Floats, shape: NDArray[np.int64], lower: Floats, width: Floats, out: Floats, spare: Floats
 ) -> float:
-    """Write the Bernstein coefficients on a box into out (flat); return a bound of their absolute error.
+    """Write the Bernstein coefficients on a box into out; return a bound of their absolute error.
 
-    high, low (n0 + 1, n1 + 1, n2 + 1). Every sum above has the same terms as the one for |coefficients| at
-    |lower| + width, so the error is at most that value times the unit times the number of operations in a chain.
+    high, low, out and spare are flat, of size shape[0] shape[1] shape[2]. Every sum above has the same terms as the one
+    for |coefficients| at |lower| + width, so the error is at most that value times the unit times the number of
+    operations in a chain.
     """
-    a, b = high.copy(), low.copy()
-    n0, n1, n2 = a.shape
-    size = 0.0
-    for i in range(n0):
-        for j in range(n1):
-            for k in range(n2):
-                size += (
-                    abs(a[i, j, k])
-                    * (abs(lower[0]) + width[0]) ** i
-                    * (abs(lower[1]) + width[1]) ** j
-                    * (abs(lower[2]) + width[2]) ** k
-                )
-    for j in range(n1):
-        for k in range(n2):
-            restrict_line(a[:, j, k], b[:, j, k], lower[0], width[0])
-    for i in range(n0):
-        for k in range(n2):
-            restrict_line(a[i, :, k], b[i, :, k], lower[1], width[1])
-    for i in range(n0):
-        for j in range(n1):
-            restrict_line(a[i, j, :], b[i, j, :], lower[2], width[2])
+    total = _majorant(high, shape, lower, width)
+    for k in range(high.size):
+        out[k] = high[k]
+        spare[k] = low[k]
+    block = high.size
+    for a in range(3):
+        stride = block // shape[a]
+        for start in range(0, high.size, block):
+            for first in range(start, start + stride):
+                restrict_line(out, spare, first, stride, shape[a] - 1, lower[a], width[a])
+        block = stride
     largest = 0.0
-    flat = a.reshape(-1)
-    for i in range(flat.size):
-        out[i] = flat[i]
-        largest = max(largest, abs(flat[i]))
-    return 2.0**-52 * largest + 8 * (n0 + n1 + n2) * PAIR_UNIT * size
+    for v in out:
+        largest = max(largest, abs(v))
+    return 2.0**-52 * largest + 8 * (shape[0] + shape[1] + shape[2]) * PAIR_UNIT * total
+
+
+@njit(cache=True)
+def _majorant(high: Floats, shape: NDArray[np.int64], lower: Floats, width: Floats) -> float:
+    """The sum of |coefficients| times powers of |lower| + width, by Horner's rule."""
+    x, y, z = abs(lower[0]) + width[0], abs(lower[1]) + width[1], abs(lower[2]) + width[2]
+    total, k = 0.0, high.size
+    for _ in range(shape[0]):
+        plane = 0.0
+        for _ in range(shape[1]):
+            line = 0.0
+            for _ in range(shape[2]):
+                k -= 1
+                line = line * z + abs(high[k])
+            plane = plane * y + line
+        total = total * x + plane
+    return total
