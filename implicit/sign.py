@@ -111,7 +111,7 @@ class Sign:
 
     def _floats(self, points: Floats, radii: Floats, block: int) -> Signs:
         if self._terms is not None:
-            return _term_signs(self._terms, points, radii, block)
+            return _compare(*_term_values(self._terms, points, radii, block))
         return _run(self._tape, points, radii, block, _NOTHING)
 
     @cached_property
@@ -149,11 +149,11 @@ def _run(tape: Tape, points: Floats, radii: Floats, block: int, known: Floats) -
     return out
 
 
-def _values(tape: Tape, points: Floats, radii: Floats) -> Floats:
-    """Values (n,) at points, and bounds (n,) for their distance from all exact values within the radii: (2, n)."""
+def _values(tape: Tape, points: Floats, radii: Floats) -> tuple[Floats, Floats]:
+    """Values (n,) at points, and bounds (n,) for their distance from all exact values within the radii."""
     known = np.empty((2, len(points)))
     _run(tape, points, radii, 1, known)
-    return known
+    return known[0], known[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,23 +207,27 @@ def sign_of(surface: Surface) -> Sign:
     return known
 
 
-def _term_signs(field: PolynomialField, points: Floats, radii: Floats, block: int) -> Signs:
-    """Signs by Horner lines. The error is at most gamma times the sum of the absolute values of all terms.
+def _term_values(field: PolynomialField, points: Floats, radii: Floats, block: int) -> tuple[Floats, Floats]:
+    """Values (n,) by Horner lines, and bounds (n,) for their distance from all exact values within the radii.
 
-    That sum grows with |x|, |y|, |z|, and so does its change within the radius: both are computed once per block,
-    where each coordinate is largest.
+    The rounding error is at most gamma times the sum of the absolute values of all terms. That sum grows with |x|, |y|,
+    |z|, and so does its change within the radius: both are computed once per block, where each coordinate is largest.
     """
     values = field.values(points)
     starts = np.arange(0, len(points), block)
     corners = np.maximum.reduceat(abs(points), starts, axis=0) if len(points) else np.empty((0, 3))
     reach = np.maximum.reduceat(radii, starts)[:, None] if len(radii) > 1 else radii
-    degree, terms = int(field.exponents.sum(axis=1).max()), len(field.coefficients)
+    degree, terms = int(field.exponents.sum(axis=1).max(initial=0)), len(field.coefficients)
     gamma = (degree + terms + 4) * _UNIT
     magnitude = PolynomialField(field.exponents, abs(field.coefficients) + field.errors, field.errors)
     off = PolynomialField(field.exponents, field.errors, field.errors)
     outer = magnitude.values(corners + reach)
     bounds = outer - magnitude.values(corners) + 4 * gamma * outer + off.values(corners + reach) * 2 + _TINY
-    bounds = np.repeat(bounds, block)[: len(points)]
+    return values, np.repeat(bounds, block)[: len(points)]
+
+
+def _compare(values: Floats, bounds: Floats) -> Signs:
+    """1 or -1 where a value is farther from zero than its bound, else UNSURE."""
     with np.errstate(invalid="ignore"):
         return np.where(values > bounds, 1, np.where(values < -bounds, -1, UNSURE)).astype(np.int8)
 

@@ -16,6 +16,7 @@ from implicit import (
     UndecidedError,
     certified_floor,
     classify,
+    implicitize,
     polygonize,
     winding_number,
     x,
@@ -126,6 +127,18 @@ def test_long_polynomials_take_horner_lines_with_the_same_answers():
     assert (classify(surface, points) == exact_signs(expression, points)).all()
     near = classify(surface, points, tolerance=1e-3)
     assert (near[near != 0] == classify(surface, points)[near != 0]).all()
+
+
+def test_tolerance_of_implicitized_patches():
+    u, v = sympy.symbols("u v")
+    patch = (u + v**2 / 3, v - u**2 / 4 + u * v / 5, u**2 * v**2 - u * v + u**2 / 2)
+    surface = implicitize(patch, (u, v))
+    a, b = np.random.default_rng(0).random((2, 60))
+    points = np.stack(sympy.lambdify((u, v), patch)(a, b), axis=1)
+    normals = surface.normal(points)
+    assert (classify(surface, points + 0.9e-4 * normals, tolerance=1e-4) == 0).all()
+    assert (classify(surface, points + 1.1e-4 * normals, tolerance=1e-4) == 1).all()
+    assert (classify(surface, points - 1.1e-4 * normals, tolerance=1e-4) == -1).all()
 
 
 def test_combinations_are_decided_by_the_same_proofs():
