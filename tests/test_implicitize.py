@@ -20,8 +20,14 @@ from implicit import (
     implicitize,
     matrix_form,
 )
-from implicit.implicitize.homogeneous import simplest
+from implicit.implicitize.clock import Clock
+from implicit.implicitize.degree import count
+from implicit.implicitize.eliminate import Implicit, lift, null_space_image
+from implicit.implicitize.homogeneous import read_coordinates, simplest
 from implicit.implicitize.modular import Remainders, split_primes
+from implicit.implicitize.planes import minors_image, square_image
+from implicit.implicitize.proof import prove_identity, prove_irreducible
+from implicit.implicitize.solve import _prove
 from implicit.trees import x, y, z
 
 u, v = symbols("u v", real=True)
@@ -332,6 +338,38 @@ def test_timeout_is_honoured():
     with pytest.raises(TimeoutError, match="no answer within timeout"):
         implicitize(coordinates, (u, v), timeout=0.3)
     assert time.monotonic() - start < 10
+
+
+def test_without_time_for_the_proof_the_answer_is_modular():
+    coordinates = read_coordinates(bezier(random_net(2, 2, 3)), (u, v))
+    counted = count(coordinates)
+    found = lift(coordinates, 8, square_image(8, Clock()), Clock())
+    certificate = _prove(coordinates, counted, found, "moving planes", Clock(0.0))
+    assert certificate.proof == "modular"
+    assert 0 < certificate.chance < 1e-5
+    assert _prove(coordinates, counted, found, "moving planes", Clock()).proof == "exact"
+
+
+def test_the_proof_refuses_a_wrong_polynomial():
+    coordinates = read_coordinates((u, v, u * v), (u, v))
+    wrong = Implicit(2, {(1, 1, 0): (1,), (0, 0, 1): (-1,), (0, 0, 0): (2**31 - 1,)}, 1)
+    assert not prove_identity(coordinates, wrong, Clock())
+    square = Implicit(2, {(2, 0, 0): (1,), (0, 2, 0): (-1,)}, 1)
+    assert not prove_irreducible(coordinates, square, Clock())
+    product = Implicit(4, {(4, 0, 0): (1,), (0, 4, 0): (-1,), (0, 0, 1): (0,)}, 1)
+    assert not prove_irreducible(coordinates, product, Clock(), attempts=40)
+
+
+def test_three_methods_find_the_same_polynomial():
+    for coordinates in (bezier(random_net(2, 2, 8)), OTHERS["torus"][0], OTHERS["Moebius strip"][0]):
+        read = read_coordinates(coordinates, (u, v))
+        counted = count(read)
+        d, k = counted.degree, counted.map_degree
+        images = [null_space_image(d), minors_image(d, k, Clock()), square_image(d, Clock())]
+        found = [lift(read, d, image, Clock()) for image in images]
+        assert (found[2] is None) == (d == 4 or k == 2)
+        terms = [{m: Fraction(e[0], max(f.terms.items())[1][0]) for m, e in f.terms.items()} for f in found if f]
+        assert all(t == terms[0] for t in terms)
 
 
 def test_integer_multiples_of_angles_share_one_unit():

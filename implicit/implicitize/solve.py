@@ -86,11 +86,20 @@ def _duration(seconds: float) -> str:
 
 
 def _prove(coordinates: Coordinates, counted: Count, found: Implicit, method: str, clock: Clock) -> Certificate:
+    """What can be proved in the time left; the polynomial has been checked modulo a fresh prime before."""
+    exact = False
     if proof_cost(coordinates, found) < min(_PROOF_SECONDS, clock.left):
-        identity = found.degree <= _EASY_DEGREE or prove_identity(coordinates, found, clock)
-        exact = identity and prove_irreducible(coordinates, found, clock)
-    else:
-        exact = False
-    chance = 0.0 if exact else (identity_bits(coordinates, found) / 30 + 1) / 9e7
+        try:
+            if found.degree > _EASY_DEGREE and not prove_identity(coordinates, found, clock):
+                raise ArithmeticError("a polynomial that vanishes modulo a prime does not vanish; please report this")
+            exact = prove_irreducible(coordinates, found, clock)
+        except TimeLimitError:
+            exact = False
     proof: Literal["exact", "modular"] = "exact" if exact else "modular"
+    chance = 0.0 if exact else _chance(coordinates, found)
     return Certificate(method, counted.degree, counted.map_degree, counted.base_points, proof, 0.0, chance)
+
+
+def _chance(coordinates: Coordinates, found: Implicit) -> float:
+    """A bound on the chance of error: all primes that can divide the coefficients, among the primes of the check."""
+    return min(1.0, (identity_bits(coordinates, found) / 30 + 1) / 5e7)
