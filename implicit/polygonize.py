@@ -47,7 +47,8 @@ def polygonize(
     method      "marching": marching cubes on every cell that the surface may meet. "conforming": the singular
                 points of a polynomial surface become vertices of the mesh (see `implicit.polygonizers.conforming`).
                 "following": only the pieces that pass near the seeds, with work proportional to them; without
-                seeds, every piece that the lattice sees. "auto" chooses.
+                seeds, every piece that the lattice sees. "auto": "following" with seeds, "conforming" for a polynomial
+                with singular points in the bounds (or what may be some), else "marching".
     seeds       points (n, 3) or (3,), each within a quarter of the bounds' size of the surface along the gradient
     progress    called with the share done, from 0 to 1
     workers     threads, -1 for all processors; the mesh is the same, bit for bit, for any number
@@ -55,8 +56,8 @@ def polygonize(
     Promised: each vertex lies on a lattice edge with one end inside (f < 0) and one not, within 1e-12 of the size of
     the bounds of a root of f there; the mesh is closed and manifold but for its boundary, which lies on the bounds.
     Space is skipped only where f is proved to have one sign. A surface that misses the bounds gives an empty mesh.
-    Not promised: features smaller than a cell, and what happens at singular points, are seen by the lattice's signs
-    alone.
+    Not promised: features smaller than a cell are seen by the lattice's signs alone; so are singular points, but by
+    "conforming", which promises otherwise what `implicit.polygonizers.conforming.conforming` says.
 
     Raises ValueError for arguments out of range and where the formula is not finite, MemoryError before a mesh that
     cannot fit is begun. `tolerance` and `certify` raise ValueError: they are not there yet.
@@ -75,6 +76,12 @@ def polygonize(
         from implicit.polygonizers.conforming import conforming
 
         return conforming(surface, domain, int(resolution), progress=progress, workers=workers)
+    if method == "auto" and seeds is None:
+        from implicit.polygonizers.conforming import conforming_if_singular
+
+        mesh = conforming_if_singular(surface, domain, int(resolution), progress, workers)
+        if mesh is not None:
+            return mesh
     lattice = Lattice.over(domain, int(resolution))
     if seeds is None:
         return _mesh(surface, choose_sampler(surface, lattice), domain, None, "cube", progress, workers)

@@ -37,6 +37,8 @@ Cells = Callable[[IntArray], NDArray[np.bool_]]
 
 MARGIN = 7
 """Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
+_PATIENCE = 20.0
+"""Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
 """Where the sweep turns out too coarse, tetrahedra are tried in its place."""
 _MOST_SEEDS = 300
@@ -57,6 +59,24 @@ class _Draft:
     def singular(self) -> IntArray:
         """All vertices on the singular set."""
         return np.unique(np.concatenate([self.special, *self.curves]))
+
+
+def conforming_if_singular(
+    surface: Surface, domain: Bounds, resolution: int, progress: Progress | None, workers: int
+) -> Mesh | None:
+    """The conforming mesh of a polynomial surface if it has, or may have, singular points in the bounds, else None."""
+    if surface.polynomial is None:
+        return None
+    from implicit.singular import singularities
+
+    grid = Grid.over(domain, resolution, MARGIN)
+    locus = singularities(surface, grid.box, timeout=_PATIENCE)
+    local = Local(surface.field, grid, tuple(rims(domain, surface.field, grid.step)))
+    places = [point.position[None] for point in locus.points] + [curve.polyline for curve in locus.curves]
+    inside = any((local.heights(grid.to_units(place)) < 1e-9).any() for place in places)
+    if not inside and not len(_meeting(domain.box, locus.undecided)):
+        return None
+    return conforming(surface, domain, resolution, locus, progress=progress, workers=workers)
 
 
 def conforming(
