@@ -9,6 +9,7 @@ from implicit.polynomial import Polynomial, expansion_terms
 from implicit.tape import make_tape
 
 _MOST_COEFFICIENTS = 4096  # of a polynomial written as a full table
+_MOST_DEGREE = 40  # in one variable
 
 
 def make_field(expression: sympy.Expr, expansion: Expansion | None, polynomial: Polynomial | None) -> Field:
@@ -16,7 +17,8 @@ def make_field(expression: sympy.Expr, expansion: Expansion | None, polynomial: 
 
     A polynomial of high degree loses digits when it is multiplied out; its tape computes it as it was written.
     """
-    if expansion is not None and np.prod([d + 1 for d in expansion.flint.degrees()[:3]]) <= _MOST_COEFFICIENTS:
+    degrees = np.array(expansion.flint.degrees()[:3]) if expansion is not None else np.array([np.inf])
+    if expansion is not None and degrees.max() <= _MOST_DEGREE and np.prod(degrees + 1) <= _MOST_COEFFICIENTS:
         if polynomial is not None:
             return PolynomialField(polynomial.exponents, polynomial.coefficients, polynomial.coefficient_errors)
         return PolynomialField(*expansion_terms(expansion))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, reduce
+from math import isfinite
 
 import flint
 import numpy as np
@@ -234,6 +235,10 @@ def float_terms(
                     product = product * ball**power if power else product
                 total += product
             value = float(total.mid())
+            if not isfinite(value):
+                raise ValueError(
+                    f"the coefficient of x^{monomial[0]} y^{monomial[1]} z^{monomial[2]} is beyond all floats"
+                )
             exponents.append(monomial)
             values.append(value)
             errors.append(_upper(abs(total - flint.arb(value))))

@@ -8,6 +8,7 @@ in a brick of samples parts in one or two variables are computed once per line o
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from math import isfinite
 
 import numpy as np
 import sympy
@@ -99,6 +100,8 @@ class _Writer:
         if not ball.is_finite():
             raise ValueError(f"real numbers were wanted, but {number} occurs")
         value = float(ball.mid())
+        if not isfinite(value):
+            raise ValueError(f"numbers within the range of floats were wanted, but {str(number)[:20]}... occurs")
         exact = bool(ball == value)
         low, high = float(ball.lower()), float(ball.upper())
         entry = (

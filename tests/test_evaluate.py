@@ -75,3 +75,19 @@ def test_undefined_values_are_nan_and_overflows_infinite():
 def test_large_arguments_of_sine_are_right():
     assert np.isclose(Surface("sin(x)")((1e10, 0, 0)), np.sin(1e10), rtol=1e-12)
     assert np.isclose(Surface("cos(x)")((-3e7, 0, 0)), np.cos(3e7), rtol=1e-12)
+
+
+@pytest.mark.parametrize("text", ["1e400 x + y", "9^999 x = 1", "sin(1e400 x)"])
+def test_numbers_beyond_all_floats_are_refused(text):
+    with pytest.raises(ValueError, match="floats"):
+        Surface(text).field  # noqa: B018
+
+
+@pytest.mark.parametrize("text", ["x^1000 + y", "x^1000000000 + y^4", "(x + y)^3000 - 1", "x^40 y^40 z^40 - 1"])
+def test_very_high_degrees_have_values_and_ranges(text):
+    surface = Surface(text)
+    bounds = surface.field.ranges(np.array([[[0.0] * 3, [0.5] * 3]]))[0]
+    assert (
+        bounds[0] <= surface((0.25, 0.25, 0.25)) <= bounds[1]
+        and np.isfinite(surface.gradient((0.25, 0.25, 0.25))).all()
+    )
