@@ -122,6 +122,7 @@ def describe(nets: Array) -> tuple[Array, Array, Array, Ints]:
     normals = normals / np.where(lengths > 0, lengths, 1.0)[:, None]
     along = np.einsum("nkc,nc->nk", flat, normals)
     slabs = np.concatenate([normals, along.min(axis=1)[:, None], along.max(axis=1)[:, None]], axis=1)
+    slabs[:, 3:] += 2.0**-50 * np.abs(flat).max(initial=0.0) * np.array([-1.0, 1.0])  # the rounding of the products
     slabs[~(lengths > 0), 3:] = -np.inf, np.inf
     spans = [np.linalg.norm(np.diff(points, axis=axis), axis=-1).sum(axis=axis).max(axis=1) for axis in (1, 2)]
     return boxes, slabs, corners, (spans[1] > spans[0]).astype(np.int64)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from implicit import OpenSurfaceError, UndecidedError, classify, winding_number
+from implicit import OpenSurfaceError, Surface, UndecidedError, classify, winding_number
 from implicit.winding import MeshWinding
 from parametric import (
     BezierSurface,
@@ -259,3 +259,12 @@ def test_on_the_surface_there_is_no_winding_number():
 def test_a_strip_with_one_side_has_no_inside():
     with pytest.raises(OpenSurfaceError, match="two sides"):
         classify(Shell(moebius_patches()), (0, 0, 0))
+
+
+def test_shell_and_implicit_surface_agree_wherever_both_decide():
+    surface, shell = Surface("(x^2 + y^2 + z^2 + 1 - 4/25)^2 - 4 (x^2 + y^2)"), Shell(torus_patches())
+    batches = [near_torus(10.0**-k, 3000, k)[0] for k in (2, 6, 10, 13)]
+    points = np.concatenate([np.random.default_rng(5).uniform(-1.5, 1.5, (20_000, 3)), *batches])
+    one, other = classify(surface, points), classify(shell, points)
+    decided = (one != 0) & (other != 0)
+    assert (one[decided] == other[decided]).all() and decided.mean() > 0.999
