@@ -44,13 +44,14 @@ class Pieces:
 def cut_into_pieces(shell: Shell) -> Pieces:
     """The patches of all surfaces and the sides between them that do not cancel."""
     patches = [to_patches(surface, FITTED * shell.size) for surface in shell.surfaces]
-    gap = max(part.error for part in patches)
+    error = max(part.error for part in patches)
+    gap = error
     matched: set[tuple[int, str, int]] = set()
     for edge in shell.edges:
-        found = _in_step(shell, edge, patches, IN_STEP * shell.size + 2 * gap)
+        found = _in_step(shell, edge, patches, IN_STEP * shell.size + 2 * error)
         if found is not None:
             matched |= found[0]
-            gap = max(gap, found[1])
+        gap = max(gap, edge.gap if found is None else found[1])
     nets: list[Array] = []
     rim: list[Array] = []
     for k, part in enumerate(patches):

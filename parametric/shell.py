@@ -193,11 +193,15 @@ class Shell:
     def classify_points(
         self, points: ArrayLike, tolerance: float | None = None, rule: str = "nonzero"
     ) -> NDArray[np.int8]:
-        """-1 inside, 0 on, +1 outside, for points (..., 3); see `implicit.classify`."""
+        """-1 inside, 0 on, +1 outside, for points (..., 3); see `implicit.classify`.
+
+        The distance below which answers are 0 unless a tolerance is given is `shell.solid.floor`: some units in the
+        last place for Bezier and B-spline surfaces, more where edges have gaps or surfaces had to be fitted.
+        """
         return self.solid.classify(points, tolerance, rule)
 
     def winding_numbers(self, points: ArrayLike) -> Array:
-        """How often the shell winds round points (..., 3); see `implicit.winding_number`."""
+        """How often the shell winds round points (..., 3), nan on it; see `implicit.winding_number`."""
         return self.solid.winding_numbers(points)
 
     @property

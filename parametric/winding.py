@@ -103,9 +103,7 @@ class Solid:
 
     def _at_corners(self, places: Array) -> NDArray[np.bool_]:
         """Which points are corners of patches, exactly."""
-        corners = np.concatenate(
-            [(net[::-1, ::-1] if k else net)[:: len(net) - 1, 0] for net in self.pieces.nets for k in (0, 1)]
-        )
+        corners = np.concatenate([net[[0, 0, -1, -1], [0, -1, 0, -1]] for net in self.pieces.nets])
         known = {tuple(row) for row in (corners[:, :3] / corners[:, 3:]).tolist()}
         return np.array([tuple(row) in known for row in places.tolist()], dtype=bool)
 

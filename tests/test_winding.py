@@ -16,6 +16,7 @@ from parametric import (
     line,
     polyline,
     revolve,
+    rotation,
     sweep,
     teapot,
     tessellate,
@@ -268,3 +269,37 @@ def test_shell_and_implicit_surface_agree_wherever_both_decide():
     one, other = classify(surface, points), classify(shell, points)
     decided = (one != 0) & (other != 0)
     assert (one[decided] == other[decided]).all() and decided.mean() > 0.999
+
+
+def test_gaps_between_matched_edges_raise_the_floor():
+    faces = box_patches((1, 2, 3))
+    faces[0] = BezierSurface(faces[0].points + (-1e-4, 0, 0))
+    shell = Shell(faces, tolerance=1e-3)
+    assert shell.closed and 1e-4 < shell.solid.floor < 2e-3
+    assert list(classify(shell, [(0.5, 1, 1), (0.005, 0.005, 0.005), (-0.005, 1, 1), (-5e-5, 1e-5, 1)])) == [
+        -1,
+        -1,
+        1,
+        0,
+    ]
+
+
+def test_caps_that_start_elsewhere_than_the_wall():
+    """A cylinder whose caps are turned against its wall: no corner, and no part of an edge, is common."""
+    wall = []
+    for patch in disc_patches():
+        low = np.concatenate([patch.points[:, 0] * patch.weights[:, :1], patch.weights[:, :1]], axis=1)
+        wall.append(from_weighted(np.stack([low, low + np.outer(low[:, 3], (0, 0, 2, 0))], axis=1)))
+    turn = rotation((0, 0, 1), 0.6)[:3, :3]
+    caps = [BezierSurface(p.points @ turn.T + (0, 0, h), p.weights) for h in (0, 2) for p in disc_patches(h == 2)]
+    shell = Shell(wall + caps)
+    assert shell.closed and len(shell.solid.pieces.rim) == 16
+    rng = np.random.default_rng(6)
+    angle = rng.uniform(0, 2 * np.pi, 2000)
+    for distance in (1e-3, 1e-6, 1e-9):
+        reach, height = 1 + distance * rng.normal(size=2000), distance * rng.normal(size=2000)
+        points = np.stack([reach * np.cos(angle), reach * np.sin(angle), height], 1)
+        off = np.maximum(np.hypot(points[:, 0], points[:, 1]) - 1, -height)
+        codes = classify(shell, points)
+        clear = np.abs(off) > 2 * shell.solid.floor
+        assert (codes[clear] == np.sign(off[clear])).all()
