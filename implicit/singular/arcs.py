@@ -164,6 +164,8 @@ def trace(part: Part, breaks: Sequence[fmpq], tolerance: float, longest: float, 
                 if s not in samples:
                     samples[float(s)] = _sample(part, start, end, float(s))
             names = set(samples[float(nodes[count // 2])])
+            if any(set(points) != names for points in samples.values()):
+                return None
             if not names:
                 break
             if old:

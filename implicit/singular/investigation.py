@@ -41,7 +41,10 @@ class Investigation:
 
     def _explain(self, boxes: Floats) -> Floats:
         """What the open boxes hold: curves, then degenerate points; returns the boxes that stay open."""
-        curves = find_curves(self.form, self.bounds, self.deadline)
+        try:
+            curves = find_curves(self.form, self.bounds, self.deadline)
+        except ArithmeticError:  # the projection was not general enough: the boxes stay open
+            curves = None
         if curves is None or not curves.shapes:
             lonely, open_ = settle(self.form, boxes, self.deadline)
             for point in lonely:

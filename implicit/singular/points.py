@@ -88,10 +88,13 @@ def search_nodes(form: Form, asked: Floats, deadline: Deadline) -> Search:
             break
     result.left = np.concatenate([result.left, left])
     for orbit in orbits(polished, group):
+        try:
+            node = None if deadline.passed else sieve.singular(orbit[0][0])
+        except ArithmeticError:  # more precision was needed than is spent on a point
+            node, result.left = None, WHOLE
         if deadline.passed:
             result.left = WHOLE
             break
-        node = sieve.singular(orbit[0][0])
         if node:
             exact = node.exact
             result.nodes.extend(Node(p, exact and g.apply(exact)) for p, g in orbit)

@@ -192,25 +192,31 @@ def _moved(p: Point, step: arb_mat, bits: int) -> Point:
     return x, y, z
 
 
+def _steepness(jet: Jet, point: CriticalPoint) -> arb:
+    """The sum of bounds of the second derivatives in the cube of a critical point."""
+    with precision(FIRST_BITS):
+        cube = tuple(c + arb(0, point.radius) for c in point.center)
+        bend = jet.hessian(cube, FIRST_BITS)
+        return sum((abs(bend[r, c]) for r in range(3) for c in range(3)), arb(0)).upper()
+
+
 def value_at(jet: Jet, point: CriticalPoint, bits: int) -> arb:
     """An enclosure of f at the critical point: f(center) widened by |Hessian| error^2, as the gradient is 0 there."""
     with precision(bits):
-        value = jet.value(point.center, bits)
-        cube = tuple(c + arb(0, point.radius) for c in point.center)
-        bend = jet.hessian(cube, FIRST_BITS)
-        e = point.error
-        bound = sum((abs(bend[r, c]) for r in range(3) for c in range(3)), arb(0))
-        return value + (bound * e * e).upper() * arb(0, 1)
+        value, e = jet.value(point.center, bits), point.error
+        return value + (_steepness(jet, point) * e * e).upper() * arb(0, 1)
 
 
 def is_zero(jet: Jet, point: CriticalPoint, gap: int) -> bool:
     """Whether f vanishes at the critical point, proved through `gap` = zero_gap(form); the form must be integral."""
     if not value_at(jet, point, FIRST_BITS).contains(0):
         return False
-    fine = sharpen(jet, point, gap // 2 + 64)
-    value = value_at(jet, fine, gap + 64)
-    if not value.contains(0):
-        return False
-    if value.abs_upper() < arb(2) ** -gap:
-        return True
-    raise ArithmeticError(f"an enclosure of f to {gap} bits came out as {value}")
+    spare = 64 + ceil(float((_steepness(jet, point) + 1).log().upper()) / log(2))
+    for extra in (spare, 4 * spare, 16 * spare):
+        value = value_at(jet, sharpen(jet, point, gap // 2 + extra), gap + 2 * extra)
+        if not value.contains(0):
+            return False
+        with precision(FIRST_BITS):
+            if value.abs_upper() < arb(2) ** -gap:
+                return True
+    raise ArithmeticError(f"f at a critical point could not be enclosed to {gap} bits, only to {value}")
