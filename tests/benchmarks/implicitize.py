@@ -5,19 +5,17 @@ is left out on our side, and so is building the ideal on the other. sympy runs i
 `_LIMIT` processor seconds; Singular is measured where it is installed.
 """
 
-import random
 import resource
 import shutil
 import subprocess
 import time
-from collections.abc import Sequence
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
 import sympy
-from sympy import cos, cosh, sin, sinh, symbols
+from sympy import cos, cosh, sin, sinh
 
 from implicit.implicitize.clock import Clock
 from implicit.implicitize.homogeneous import Coordinates, read_coordinates
@@ -25,28 +23,11 @@ from implicit.implicitize.matrix import matrix_form
 from implicit.implicitize.solve import solve
 from parametric import teapot
 from tests.benchmarks.measure import markdown, measure
+from tests.rational import bezier, random_net, u, v
 
-u, v = symbols("u v", real=True)
 _LIMIT = 10  # seconds for a peer
 _N = 1 + u**2 + v**2
 _DEN = 5 - 3 * cos(u) * cos(v)
-
-
-def bezier(points: Sequence[Sequence[Sequence[int]]]) -> tuple[Any, ...]:
-    """Expressions of a Bezier patch."""
-    m, n = len(points) - 1, len(points[0]) - 1
-    total = [sympy.Integer(0)] * 3
-    for i, row in enumerate(points):
-        for j, point in enumerate(row):
-            blend = sympy.binomial(m, i) * u**i * (1 - u) ** (m - i) * sympy.binomial(n, j) * v**j * (1 - v) ** (n - j)
-            total = [t + c * blend for t, c in zip(total, point, strict=True)]
-    return tuple(total)
-
-
-def net(m: int, n: int, seed: int) -> list[list[tuple[int, ...]]]:
-    """Random integer control points."""
-    r = random.Random(seed)
-    return [[tuple(r.randint(-9, 9) for _ in range(3)) for _ in range(n + 1)] for _ in range(m + 1)]
 
 
 def _revolved() -> tuple[Any, ...]:
@@ -73,9 +54,9 @@ CASES: dict[str, tuple[tuple[Any, ...], float]] = {  # name: coordinates, the mo
         bezier([[(0, 0, 0), (1, 2, 0), (2, -1, 1), (3, 1, 2)], [(0, 0, 3), (1, -1, 4), (2, 3, 2), (4, 1, 3)]]), 0.05),
     "revolution of a cubic": (_revolved(), 0.05),
     "Enneper": ((u - u**3 / 3 + u * v**2, v - v**3 / 3 + v * u**2, u**2 - v**2), 0.1),
-    "generic biquadratic": (bezier(net(2, 2, 1)), 0.1),
-    "generic 2 x 3": (bezier(net(2, 3, 2)), 1.0),
-    "generic bicubic": (bezier(net(3, 3, 4)), 10.0),
+    "generic biquadratic": (bezier(random_net(2, 2, 1)), 0.1),
+    "generic 2 x 3": (bezier(random_net(2, 3, 2)), 1.0),
+    "generic bicubic": (bezier(random_net(3, 3, 4)), 10.0),
 }  # fmt: skip
 
 
@@ -145,7 +126,7 @@ def table() -> str:
 
 
 def _matrix_form() -> str:
-    expressions = bezier(net(3, 3, 4))
+    expressions = bezier(random_net(3, 3, 4))
     built = measure(lambda: matrix_form(expressions, (u, v)), 3)
     form = built.result
     generator = np.random.default_rng(0)
