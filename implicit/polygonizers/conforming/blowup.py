@@ -16,6 +16,7 @@ Plantinga and Vegter, 2004, doi:10.1145/1057432.1057465).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from math import comb
 from typing import Any
 
@@ -24,7 +25,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.evaluate import PolynomialField
-from implicit.polygonizers.blocks import _weights
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -225,6 +225,17 @@ def ranges(q: FloatArray, boxes: FloatArray) -> FloatArray:
     result = np.empty((len(boxes), 6))
     error = 32 * (sum(q.shape) + 4) * float(np.finfo(float).eps)
     _find_ranges(q, np.ascontiguousarray(boxes), *(_weights(n - 1) for n in q.shape), error, result)
+    return result
+
+
+@cache
+def _weights(degree: int) -> FloatArray:
+    """(i, m, s): the share of the products with s upper ends among those of m ends out of i upper, degree - i lower."""
+    result = np.zeros((degree + 1,) * 3)
+    for i in range(degree + 1):
+        for m in range(degree + 1):
+            for s in range(m + 1):
+                result[i, m, s] = comb(i, s) * comb(degree - i, m - s) / comb(degree, m)
     return result
 
 
