@@ -29,7 +29,7 @@ def test_a_seed_finds_its_piece_and_no_other():
     report = mesh.report()
     assert report.closed and report.manifold and (report.components, report.euler) == (1, 2)
     assert mesh.vertices[:, 0].min() > 0 and mesh.volume > 0
-    assert rows(mesh.vertices) < rows(polygonize(TWO, 2, resolution=40).vertices)
+    assert rows(mesh.vertices) < rows(polygonize(TWO, 2, resolution=40, method="marching").vertices)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_a_seed_finds_its_piece_and_no_other():
     [TWO, TORUS, Surface("x^4 - 5 x^2 + y^4 - 5 y^2 + z^4 - 5 z^2 + 10"), Surface("cos(3 x) + cos(3 y) + cos(3 z)")],
 )
 def test_a_seed_on_each_piece_finds_the_mesh_of_the_grid(surface):
-    grid = polygonize(surface, 2.9, resolution=45)
+    grid = polygonize(surface, 2.9, resolution=45, method="marching")
     mesh = polygonize(surface, 2.9, resolution=45, method="following", seeds=pieces(grid))
     assert len(mesh.faces) == len(grid.faces) and rows(mesh.vertices) == rows(grid.vertices)
     without = polygonize(surface, 2.9, resolution=45, method="following")

@@ -1,5 +1,6 @@
 """Marching cubes: closed, manifold, on the surface, the same as a plain dense sweep, and the same for any workers."""
 
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -9,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from implicit import Ball, Box, Surface, polygonize, x, y, z
+import implicit
+from implicit import Ball, Box, Surface, x, y, z
 from implicit.domain import to_bounds
 from implicit.mesh import Mesh
 from implicit.polygonizers.lattice import Lattice
@@ -18,6 +20,8 @@ from implicit.polygonizers.samples import choose_sampler
 from implicit.polygonizers.weld import squeeze, weld
 from implicit.topology import find_edges
 from implicit.work import Job
+
+polygonize = partial(implicit.polygonize, method="marching")
 
 SPHERE = Surface("x^2 + y^2 + z^2 = 1")
 TORUS = Surface("(x^2 + y^2 + z^2 + 1 - 0.16)^2 = 4 (x^2 + y^2)")

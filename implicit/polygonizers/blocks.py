@@ -34,8 +34,8 @@ def _weights(degree: int) -> tuple[FloatArray, IntArray, IntArray]:
         for m in range(n):
             for s in range(m + 1):
                 weights[i, m, s] = comb(i, s) * comb(degree - i, m - s) / comb(degree, m)
-    m, s = np.indices((n, n))
-    return weights, s, np.maximum(m - s, 0)
+    of_upper = np.tile(np.arange(n), (n, 1))
+    return weights, of_upper, np.maximum(of_upper.T - of_upper, 0)
 
 
 def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArray:
@@ -50,6 +50,14 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     return np.einsum("ims,nms->nim", weights, up[:, of_upper] * low[:, of_lower])
 
 
+@njit(cache=True, nogil=True)
+def _some(flags: Any) -> bool:
+    found = False
+    for k in range(len(flags)):
+        found |= flags[k] != 0
+    return found
+
+
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, slack: float, mask: Any) -> None:
     """Set to 0 the entries of `mask` (blocks along x, y, z) where the polynomial keeps one sign.
@@ -61,7 +69,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
     one, two, three = np.empty((nz, nx, ny)), np.empty((nz, nx * ny)), np.empty(nx * ny)
     size_one, size_two = np.empty((nz, ny)), np.empty(nz)
     for bx in range(mask.shape[0]):
-        if not mask[bx].any():
+        if not _some(mask[bx].ravel()):
             continue
         for c in range(nz):
             for b in range(ny):
@@ -74,7 +82,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
                     for b in range(ny):
                         one[c, a, b] += mx[bx, a, e] * tensor[c, e, b]
         for by in range(mask.shape[1]):
-            if not mask[bx, by].any():
+            if not _some(mask[bx, by]):
                 continue
             for c in range(nz):
                 size_two[c] = 0.0

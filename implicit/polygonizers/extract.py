@@ -231,14 +231,16 @@ def extract(
     own = np.zeros(3, np.int64)
     points = np.zeros(3, np.int64)
     n = 0
+    end, finite = len(bricks), True
     for index in range(begin, len(bricks)):
         starts[index] = n
         if n + VERTICES_PER_BRICK > found.shape[1]:
-            _guess(found, window, n)
-            return index, n, t, True
+            end = index
+            break
         f = samples[index]
         if not _pack_signs(f, signs, eights, words):
-            return index, n, t, False
+            end, finite = index, False
+            break
         some, every = words[0], words[0]
         for i in range(1, 8):
             some |= words[i]
@@ -251,16 +253,19 @@ def extract(
             points[axis] = own[axis] + (start[axis] + own[axis] == cells[axis])
         whole, cut_y = _rows(points[1], points[2]), _rows(own[1], points[2])
         cut_z, cut_both = _rows(points[1], own[2]), _rows(own[1], own[2])
-        bx, by, bz = bricks[index]
+        bx, by, bz = bricks[index, 0], bricks[index, 1], bricks[index, 2]
         _fetch(numbers, low_x[1 - (bx & 1), by, bz], low_y[1 - (by & 1), bz], low_z)
         for i in range(points[0]):
             word = words[i]
-            if i < own[0]:
-                n = _cross((word ^ words[i + 1]) & whole, i, 0, start, own, axes, f, first, found, window, n, numbers)
-            n = _cross((word ^ (word >> _U(8))) & cut_y, i, 1, start, own, axes, f, first, found, window, n, numbers)
-            n = _cross((word ^ (word >> _U(1))) & cut_z, i, 2, start, own, axes, f, first, found, window, n, numbers)
+            for axis in range(3):
+                mask = (word ^ (word >> _U(1))) & cut_z
+                if axis == 0:
+                    mask = (word ^ words[i + 1]) & whole if i < own[0] else _U(0)
+                elif axis == 1:
+                    mask = (word ^ (word >> _U(8))) & cut_y
+                n = _cross(mask, i, axis, start, own, axes, f, first, found, window, n, numbers)
         _leave(numbers, low_x[bx & 1, by, bz], low_y[by & 1, bz], low_z)
         t = _join(words, own[0], cut_both, numbers, faces, t)
-    starts[len(bricks)] = n
+    starts[end] = n
     _guess(found, window, n)
-    return len(bricks), n, t, True
+    return end, n, t, finite

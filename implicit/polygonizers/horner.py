@@ -59,7 +59,7 @@ def fill_bricks(powers: Any, lines: Any, bricks: Any, samples: Any) -> None:
     nx, ny = lines.shape[1], lines.shape[2]
     plane, t = np.empty((nx, LANES)), np.empty(LANES)
     for index in range(len(bricks)):
-        bx, by, bz = bricks[index]
+        bx, by, bz = bricks[index, 0], bricks[index, 1], bricks[index, 2]
         for j in range(8):
             v = powers[1, 7 * by + j]
             for k in range(8):
@@ -88,8 +88,10 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
         n = min(POINTS, points.shape[1] - base)
         for axis in range(3):
             source, own, factor = points[axis, base : base + n], t[axis], slope[axis]
-            own[:n] = source
-            factor[:] = 1.0
+            for k in range(n):
+                own[k] = source[k]
+            for k in range(POINTS):
+                factor[k] = 1.0
             for _ in range(steps[axis] - 1):
                 for k in range(POINTS):
                     factor[k] *= own[k]
@@ -97,9 +99,11 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
                 own[k] *= factor[k]
                 factor[k] *= steps[axis]
         u, v, w = t[0], t[1], t[2]
-        f[:], fx[:], fy[:], fz[:] = 0.0, 0.0, 0.0, 0.0
+        for k in range(POINTS):
+            f[k] = fx[k] = fy[k] = fz[k] = 0.0
         for a in range(nx - 1, -1, -1):
-            g[:], gy[:], gz[:] = 0.0, 0.0, 0.0
+            for k in range(POINTS):
+                g[k] = gy[k] = gz[k] = 0.0
             for b in range(ny - 1, -1, -1):
                 length, row = lengths[a, b], tensor[a, b]
                 if length == 0:
@@ -138,7 +142,8 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
                 f[k] = f[k] * u[k] + g[k]
                 fy[k] = fy[k] * u[k] + gy[k]
                 fz[k] = fz[k] * u[k] + gz[k]
-        values[base : base + n] = f[:n]
+        for k in range(n):
+            values[base + k] = f[k]
         for axis in range(3):
             out = gradients[axis, base : base + n]
             d = fx if axis == 0 else (fy if axis == 1 else fz)
@@ -206,5 +211,5 @@ class PolynomialSampler:
     def anywhere(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n,) and gradients (3, n) at points (3, n)."""
         values, gradients = np.empty(points.shape[1]), np.empty(points.shape)
-        differentiate(self.tensor, self._lengths, self.steps, points, values, gradients)
+        differentiate(self.tensor, self._lengths, self.steps, np.ascontiguousarray(points), values, gradients)
         return values, gradients

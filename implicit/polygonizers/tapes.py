@@ -39,7 +39,7 @@ def _descend(
     scratch, work = np.empty((5, 64)), np.empty((2, rows), np.int32)
     lower, upper = np.empty((3, _SPLIT)), np.empty((3, _SPLIT))
     end, most, count, depth = rows, used, 0, 1
-    stack[0, :3] = 0
+    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
     stack[0, 3], stack[0, 4], stack[0, 5] = levels, 0, rows
     while depth > 0:
         depth -= 1
@@ -117,12 +117,15 @@ def _near(
         for base in range(first, starts[index], SIDE**3):
             n = min(SIDE**3, starts[index] - base)
             for axis in range(3):
-                part[axis, :n] = points[axis, base : base + n]
+                for k in range(n):
+                    part[axis, k] = points[axis, base + k]
             evaluate(code, start, count, arguments, constants, part, n, SIDE, registers, scratch)
             differentiate(code, start, count, arguments, constants, n, registers, adjoints, slopes, scratch)
-            values[base : base + n] = registers[count - 1, :n]
+            for k in range(n):
+                values[base + k] = registers[count - 1, k]
             for axis in range(3):
-                gradients[axis, base : base + n] = slopes[axis, :n]
+                for k in range(n):
+                    gradients[axis, base + k] = slopes[axis, k]
 
 
 def _whole(bricks: BrickArray, rows: int) -> BrickArray:
@@ -191,16 +194,20 @@ class TapeSampler:
 
     def near(self, points: FloatArray, first: int, last: int, starts: Any) -> tuple[FloatArray, FloatArray]:
         """Values (n,) and gradients (3, n) at points (3, n); those from starts[i] on lie in brick first + i."""
-        leaves = self.leaves[first:last]
+        return self._differentiate(self.leaves[first:last], starts, points)
+
+    def anywhere(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n,) and gradients (3, n) at points (3, n)."""
+        leaves = np.zeros((1, 5), np.int32)
+        leaves[0, 4] = len(self.field.tape)
+        return self._differentiate(leaves, np.array([0, points.shape[1]]), points)
+
+    def _differentiate(self, leaves: BrickArray, starts: Any, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         registers, adjoints = (np.empty((int(leaves[:, 4].max()), WIDTH)) for _ in range(2))
         values, gradients = np.empty(points.shape[1]), np.empty(points.shape)
+        points = np.ascontiguousarray(points)
         _near(
             self.code, self.arguments, self.field.tape.constants, leaves, starts, points, registers, adjoints, values,
             gradients,
         )  # fmt: skip
         return values, gradients
-
-    def anywhere(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (n,) and gradients (3, n) at points (3, n)."""
-        values, gradients = self.field.gradients(np.ascontiguousarray(points.T))
-        return values, np.ascontiguousarray(gradients.T)
