@@ -86,7 +86,7 @@ def test_one_of_four_nodes_missing_is_refused() -> None:
     assert _refused(conforming(surface, ball, 48, _locus((1, 1, 1), (1, -1, -1), (-1, 1, -1))))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(st.integers(0, 10**6))
 def test_a_block_is_found_for_random_cones(seed: int) -> None:
     rng = np.random.default_rng(seed)

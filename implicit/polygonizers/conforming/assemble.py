@@ -131,7 +131,7 @@ def conforming(
             _join(draft, grid, hood)
         skipped = [block.holds for block in blocks] + ([hood.patch.region.holds] if hood else [])
         fresh = _coarse(draft, local, skipped)
-        if not 0 < len(fresh) <= _MOST_SEEDS:
+        if not 0 < len(fresh) <= _MOST_SEEDS or len(hidden(local.field, grid, np.floor(fresh).astype(np.int64))):
             break
         seeds = np.concatenate([seeds, fresh])
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]

@@ -18,8 +18,8 @@ from implicit.topology import count_components
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ROUNDS = 30
-_BUDGET = 3000
+_ROUNDS = 20
+_BUDGET = 1200
 _SHARES = np.linspace(0, 1, 10)[1:-1]
 _PLACES = np.array([(6, 0, 0), (0, 6, 0), (0, 0, 6), (3, 3, 0), (0, 3, 3), (3, 0, 3), (2, 2, 2)]) / 6
 

@@ -21,7 +21,9 @@ _REACH = 2
 _SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
 _TURN = -0.2
-_MOST = 60_000
+_GROWTH = 4
+_SPARE = 3000
+"""More vertices than so many times those at the start, and these, are not tried."""
 _BEYOND = 0.6
 """What is so many cells outside the bounds is not refined."""
 
@@ -57,7 +59,7 @@ def mesh_region(local: Local, skeleton: Skeleton, size: IntArray, rng: np.random
         stay, fresh, fits = cavity.fill(region, dead, new)
         places = np.concatenate([region.places, new])
         signs = _signs(local, region, skeleton, places)
-        if turn == _ROUNDS or len(new) > _MOST:
+        if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
         act = stay[np.ptp(signs[stay], axis=1) > 0] if turn == 0 else stay[:0]
         wrong, spacing, tested = _unseen(local, places, signs, np.concatenate([act, fresh]), fresh, tested)

@@ -1,0 +1,62 @@
+"""A singular set that is wrong or incomplete is never passed off as right."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from implicit.mesh import Mesh
+from implicit.polygonizers.conforming import conforming
+from implicit.singular import SingularCurve, SingularLocus, SingularPoint
+from tests.singular_cases import case_of, topology, truth_of
+
+Floats = NDArray[np.float64]
+
+
+def _line(direction: tuple[float, ...], special: tuple[tuple[float, ...], ...] = ()) -> SingularCurve:
+    nodes = np.linspace(-3, 3, 601)[:, None] * np.array(direction)
+    return SingularCurve(nodes, False, None, np.array(special, float).reshape(-1, 3))
+
+
+def _locus(points: tuple[tuple[float, ...], ...] = (), curves: tuple[SingularCurve, ...] = ()) -> SingularLocus:
+    return SingularLocus(tuple(SingularPoint(np.array(p, float)) for p in points), curves, np.zeros((0, 2, 3)), True)
+
+
+def _refused(mesh: Mesh) -> bool:
+    return mesh.unresolved is not None and len(mesh.unresolved) > 0
+
+
+X, Y, Z, O = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)  # noqa: E741
+WRONG = {
+    "A2": _locus(),
+    "A3m": _locus(),
+    "source_2_intended": _locus(),
+    "cayley": _locus(((1, -1, -1), (-1, 1, -1), (-1, -1, 1))),
+    "whitney": _locus(curves=(_line(Z),)),
+    "cuspidal_edge": _locus(),
+    "source_2_printed": _locus(),
+    "three_planes": _locus(curves=(_line(X, (O,)), _line(Y, (O,)))),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_points_or_curves_that_are_missing_are_noticed(name: str) -> None:
+    surface, ball = case_of(name)
+    assert _refused(conforming(surface, ball, 24, WRONG[name]))
+
+
+def test_a_right_locus_is_accepted() -> None:
+    surface, ball = case_of("whitney")
+    mesh = conforming(surface, ball, 24, _locus(curves=(_line(Z, (O,)),)))
+    assert not _refused(mesh)
+    found = topology(mesh)
+    assert found.pop("crowded") == 0
+    assert found == truth_of("whitney")
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_displaced_points_are_noticed(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    surface, ball = case_of("double_cone")
+    away = rng.normal(size=3)
+    away *= 10.0 ** rng.uniform(-5, -1) / np.linalg.norm(away)
+    assert _refused(conforming(surface, ball, 20, _locus((tuple(away),))))
