@@ -164,7 +164,7 @@ def trace(part: Part, breaks: Sequence[fmpq], tolerance: float, longest: float, 
                 if s not in samples:
                     samples[float(s)] = _sample(part, start, end, float(s))
             names = set(samples[float(nodes[count // 2])])
-            if any(set(points) != names for points in samples.values()):
+            if any(set(points) != names or not _finite(points) for points in samples.values()):
                 return None
             if not names:
                 break
@@ -178,6 +178,10 @@ def trace(part: Part, breaks: Sequence[fmpq], tolerance: float, longest: float, 
             parameters, points = _resample(nodes, values, tolerance, longest)
             arcs.append(Arc(part, n, start, end, parameters, points))
     return arcs
+
+
+def _finite(points: dict[int, Floats]) -> bool:
+    return all(np.isfinite(point).all() for point in points.values())
 
 
 def _misfit(old: Sequence[float], fresh: Floats, samples: dict[float, dict[int, Floats]], name: int) -> float:
