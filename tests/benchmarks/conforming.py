@@ -1,0 +1,70 @@
+"""All singular cases at full size: topology against the truth, refusals, and the cost beside plain marching.
+
+Run as `python -m tests.benchmarks.conforming [resolution] [rotations]`.
+"""
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+import sympy
+
+from implicit import Ball, Surface, polygonize
+from implicit.polygonizers.conforming import conforming
+from implicit.polygonizers.conforming.assemble import MARGIN
+from implicit.polygonizers.conforming.grid import Grid
+from implicit.singular import singularities
+from tests.singular_cases import CASES, case_of, residual, topology, truth_of
+
+
+def turned(surface: Surface, seed: int) -> Surface:
+    """The surface turned at random about the origin; seed 0 leaves it as it is."""
+    if not seed:
+        return surface
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    names = sympy.symbols("x y z", real=True)
+    image = sympy.Matrix(np.vectorize(lambda v: sympy.Rational(float(v)))(turn).tolist()) * sympy.Matrix(names)
+    return Surface(surface.expression.subs(dict(zip(names, image, strict=True)), simultaneous=True))
+
+
+def row(name: str, resolution: int, seed: int) -> dict[str, Any]:
+    """One case: what was found, whether it is the truth, and CPU seconds of locus, mesh and plain marching."""
+    surface, ball = case_of(name)
+    surface = turned(surface, seed)
+    start = time.process_time()
+    locus = singularities(surface, Grid.over(ball, resolution, MARGIN).box, timeout=60)
+    found = time.process_time()
+    mesh = conforming(surface, ball, resolution, locus)
+    meshed = time.process_time()
+    polygonize(surface, Ball(ball.radius), resolution=resolution, method="marching")
+    swept = time.process_time()
+    shape = topology(mesh)
+    crowded = shape.pop("crowded")
+    return {
+        "right": shape == truth_of(name) and crowded == 0,
+        "unresolved": 0 if mesh.unresolved is None else len(mesh.unresolved),
+        "residual": residual(surface, mesh) / ball.radius,
+        "locus": found - start,
+        "mesh": meshed - found,
+        "marching": swept - meshed,
+    }
+
+
+def table(resolution: int = 64, turns: int = 0) -> str:
+    """A row for each case, unturned and turned at random."""
+    lines = [
+        "| case | turn | right | unresolved | residual | locus | mesh | marching |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name in CASES:
+        for seed in range(turns + 1):
+            r = row(name, resolution, seed)
+            right = "yes" if r["right"] else "NO"
+            seconds = " | ".join(f"{r[key]:.2f}" for key in ("locus", "mesh", "marching"))
+            lines.append(f"| {name} | {seed} | {right} | {r['unresolved']} | {r['residual']:.0e} | {seconds} |")
+    return f"CPU seconds, resolution {resolution}.\n\n" + "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(table(*(int(number) for number in sys.argv[1:])))
