@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from implicit.mesh import Mesh, area_weighted_normals
 from parametric.batch import evaluator
 from parametric.cells import Cells, first_splits
-from parametric.deviation import line_deviations, triangle_deviations
+from parametric.deviation import corner_places, line_deviations, triangle_deviations
 from parametric.parameters import Array
 from parametric.shell import Shell
 from parametric.surface import ParametricSurface
@@ -100,11 +100,33 @@ def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
         ends = net.vertices[net.lines.ends[net.triangles.lines[bad]]]
         longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmax(axis=1)
         marked[net.triangles.lines[bad, longest]] = True
+        _mark_slivers(net, marked)
         if not marked.any():
             return
         beside = marked[net.triangles.lines].any(axis=1)
         lines, triangles = net.split(marked)
         waiting = np.concatenate([waiting[~beside], np.ones(triangles.size, bool)])
+
+
+def _mark_slivers(net: Triangulation, marked: NDArray[np.bool_]) -> None:
+    """Mark all sides of slivers that have a marked side: cut in one side only, they could leave slivers for ever."""
+    while True:
+        sides = marked[net.triangles.lines]
+        some = np.flatnonzero(sides.any(axis=1) & ~sides.all(axis=1))
+        slivers = some[_is_sliver(net, some)]
+        if not slivers.size:
+            return
+        marked[net.triangles.lines[slivers]] = True
+
+
+def _is_sliver(net: Triangulation, which: Ints) -> NDArray[np.bool_]:
+    """Which triangles are thinner than one to fifty in the domain, its sides taken as equally long."""
+    sizes = np.array([np.ptp(surface.domain, axis=1) for surface in net.shell.surfaces])
+    places = corner_places(net, which) / sizes[net.triangles.home[which], None]
+    a, b, c = (places[:, k] for k in range(3))
+    area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    longest = np.max([np.einsum("nc,nc->n", e, e) for e in (b - a, c - b, a - c)], axis=0, initial=0.0)
+    return np.asarray(area < 0.02 * longest)
 
 
 def to_mesh(net: Triangulation) -> SurfaceMesh:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from implicit.winding import MeshWinding
 from parametric import (
     BezierSurface,
+    BSplineSurface,
     FormulaSurface,
     Shell,
     circle,
@@ -239,3 +240,10 @@ def test_iso_parametric_curves_lie_on_the_surface():
         along = np.clip(((dense[:, None] - curve[:-1]) * steps).sum(-1) / (steps**2).sum(-1), 0, 1)
         gaps = np.linalg.norm(dense[:, None] - curve[:-1] - along[..., None] * steps, axis=-1).min(axis=1)
         assert gaps.max() <= 1e-3
+
+
+def test_rough_surfaces_come_to_an_end():
+    x, y = np.meshgrid(np.arange(33.0), np.arange(33.0), indexing="ij")
+    rough = BSplineSurface(np.stack([x, y, np.random.default_rng(0).normal(size=x.shape)], -1), (3, 3))
+    report = tessellate(rough, tolerance=1e-2).report()
+    assert report.manifold and report.euler == 1
