@@ -100,7 +100,7 @@ def conforming(
     the mesh; parts of `curves` without faces are solitary. Blocks are proved, up to the rounding of the polynomial's
     coefficients; tetrahedra are refined until samples of f and its gradient on their edges and faces agree.
     `unresolved` lists a box round everything that is singular or may be and is not resolved so, and round triangles
-    over which the gradient turns by more than 101 degrees. Where it turns by more than 53 degrees the cells around are
+    over which the gradient turns by more than 78 degrees. Where it turns by more than 53 degrees the cells around are
     searched for singular points, and what is left of them is listed too. It is empty when there is nothing of the
     kind. Not promised: the topology elsewhere, which is seen by the lattice's signs and these tests alone.
 

@@ -9,7 +9,7 @@ from implicit.polygonizers.conforming.grid import Grid
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-TURN = -0.2
+TURN = 0.2
 """Unit gradients at the corners of a triangle may not turn by more than this cosine."""
 _BENT = 0.6
 """Where they turn by more than this cosine, the cells around are searched for singular points."""

@@ -20,7 +20,7 @@ _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
 _SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
-_TURN = -0.2
+_TURN = 0.2
 _GROWTH = 4
 _SPARE = 3000
 """More vertices than so many times those at the start, and these, are not tried."""
