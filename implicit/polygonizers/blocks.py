@@ -47,7 +47,8 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     weights, of_upper, of_lower = _weights(degree)
     powers = np.arange(degree + 1)
     up, low = upper[:, None] ** powers, lower[:, None] ** powers
-    return np.einsum("ims,nms->nim", weights, up[:, of_upper] * low[:, of_lower])
+    # order="C": for arrays of another layout numba would compile the kernel anew
+    return np.einsum("ims,nms->nim", weights, up[:, of_upper] * low[:, of_lower], order="C")
 
 
 @njit(cache=True, nogil=True)

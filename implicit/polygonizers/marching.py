@@ -99,7 +99,7 @@ class _Run:
 
     def _batch(self, first: int, last: int) -> None:
         sampler, lattice = self.sampler, self.sampler.lattice
-        samples, bricks = self.samples[: last - first], sampler.bricks[first:last]
+        samples, bricks = self.samples[: last - first], np.ascontiguousarray(sampler.bricks[first:last])
         sampler.fill(first, last, samples)
         begin = 0
         while begin < len(bricks):

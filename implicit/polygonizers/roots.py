@@ -145,7 +145,7 @@ def settle(
         left = advance(found, state, values, gradients, tolerance)
     if left:
         rows = np.flatnonzero(state[4, :n])
-        part, searching = found[:, rows], state[:, rows]
+        part, searching = found.take(rows, axis=1), state.take(rows, axis=1)
         values, slopes = anywhere(part[:3])
         while advance(part, searching, values, slopes, tolerance):
             still = np.flatnonzero(searching[4])
