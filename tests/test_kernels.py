@@ -23,7 +23,8 @@ for points in (some((9, 3)), some((3, 9)).T):
 parametric.tessellate(parametric.teapot(), tolerance=0.05)
 for shape in ((2, 2, 3), (4, 3, 3)):
     patch = parametric.BezierSurface(some(shape))
-    patch(0.1, 0.2), patch(some(50), some(50)), patch(np.arange(5)[:, None] / 5, np.arange(6) / 6), patch.normal(0.1, 0.2)
+    patch(0.1, 0.2), patch(some(50), some(50)), patch.normal(0.1, 0.2)
+    patch(np.arange(5)[:, None] / 5, np.arange(6) / 6)
 for home, module in list(sys.modules.items()):
     if home.split(".")[0] in ("implicit", "parametric"):
         for name, kernel in list(vars(module).items()):
