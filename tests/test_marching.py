@@ -259,3 +259,16 @@ def test_a_disc_in_a_ball_has_its_area():
 
 def test_a_surface_inside_the_ball_stays_closed():
     assert polygonize(SPHERE, Ball(1.5), resolution=20).report().closed
+
+
+@pytest.mark.parametrize("cells", [6, 7, 8, 14, 21, 28, 35])
+@pytest.mark.parametrize("text", ["x^2 + y^2 = z^2/3 + 1/5", "3x + 2y + z = 1/4", "sin(3x) + cos(3y) + z = 1/9"])
+def test_bricks_that_end_at_the_bounds_need_no_neighbour(text: str, cells: int) -> None:
+    surface = Surface(text)
+    mesh = polygonize(surface, 1, resolution=cells, method="marching")
+    report = mesh.report()
+    assert report.manifold and report.oriented and not report.degenerate_faces
+    sides, uses = np.unique(np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0, return_counts=True)
+    rim = mesh.vertices[sides[uses == 1]]
+    assert np.isclose(np.abs(rim).max(axis=2), 1, atol=1e-12).all()
+    assert np.abs(surface(mesh.vertices)).max() < 1e-9

@@ -148,17 +148,23 @@ def _cross(
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
-def _fetch(numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
-    """Take the numbers on the three upper faces from the lower faces of the neighbours there."""
+def _fetch(numbers: Any, points: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
+    """Take the numbers on the upper faces from the lower faces of the neighbours there.
+
+    A brick with 8 planes of its own along an axis is the last there: what a neighbour would have left is not its own.
+    """
     for a in range(64):
-        numbers[512 + 448 + a] = low_x[a]
-        numbers[1024 + 448 + a] = low_x[64 + a]
+        if points[0] != 8:
+            numbers[512 + 448 + a] = low_x[a]
+            numbers[1024 + 448 + a] = low_x[64 + a]
     for a in range(8):
         for b in range(8):
-            numbers[64 * a + 56 + b] = low_y[8 * a + b]
-            numbers[1024 + 64 * a + 56 + b] = low_y[64 + 8 * a + b]
-            numbers[64 * a + 8 * b + 7] = low_z[8 * a + b]
-            numbers[512 + 64 * a + 8 * b + 7] = low_z[64 + 8 * a + b]
+            if points[1] != 8:
+                numbers[64 * a + 56 + b] = low_y[8 * a + b]
+                numbers[1024 + 64 * a + 56 + b] = low_y[64 + 8 * a + b]
+            if points[2] != 8:
+                numbers[64 * a + 8 * b + 7] = low_z[8 * a + b]
+                numbers[512 + 64 * a + 8 * b + 7] = low_z[64 + 8 * a + b]
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
@@ -254,7 +260,7 @@ def extract(
         whole, cut_y = _rows(points[1], points[2]), _rows(own[1], points[2])
         cut_z, cut_both = _rows(points[1], own[2]), _rows(own[1], own[2])
         bx, by, bz = bricks[index, 0], bricks[index, 1], bricks[index, 2]
-        _fetch(numbers, low_x[1 - (bx & 1), by, bz], low_y[1 - (by & 1), bz], low_z)
+        _fetch(numbers, points, low_x[1 - (bx & 1), by, bz], low_y[1 - (by & 1), bz], low_z)
         for i in range(points[0]):
             word = words[i]
             for axis in range(3):
