@@ -38,6 +38,7 @@ FORMULAS = (
         Facts(degree=3, singular_points=1, types="A5", singular_curves=0, closed=False, euler=1),
         Ball(1.5),
         look=replace(TEAL, view=(-1.0, -1.7, 1.0)),
+        detail=0.6,
     ),
     Entry(
         "chapter_line",
@@ -47,6 +48,7 @@ FORMULAS = (
         Facts(degree=3, singular_points=0, singular_curves=1, closed=False, euler=1),
         Ball(1.5),
         look=replace(PLUM, view=(1.7, 1.2, 0.6), up=(0.0, 1.0, 0.0)),
+        detail=0.7,
     ),
     Entry(
         "hyperbolic_paraboloid",
@@ -96,7 +98,7 @@ FORMULAS = (
         Facts(closed=False),
         Ball(5.5),
         look=OCEAN,
-        detail=1.5,
+        detail=1.2,
     ),
     Entry(
         "cayley_cubic",
@@ -128,6 +130,7 @@ FORMULAS = (
         GOLDEN,
         look=GOLD,
         detail=1.5,
+        method="marching",
     ),
     Entry(
         "whitney_umbrella",
@@ -137,6 +140,7 @@ FORMULAS = (
         Facts(degree=3, singular_points=0, singular_curves=1, closed=False, euler=1),
         Ball(1.5),
         look=replace(PLUM, view=(1.7, -1.2, 0.9)),
+        detail=0.8,
     ),
     Entry(
         "kummer_quartic",
@@ -146,7 +150,7 @@ FORMULAS = (
         Facts(degree=4, singular_points=16, types="16 A1", singular_curves=0, closed=False),
         Ball(1.9),
         look=TEAL,
-        detail=1.3,
+        detail=1.0,
     ),
     Entry(
         "steiner_roman",
@@ -156,6 +160,7 @@ FORMULAS = (
         Facts(degree=4, singular_points=0, singular_curves=3, closed=True, euler=5),
         Ball(1.25),
         look=MOSS,
+        method="marching",
         detail=2.0,
     ),
     Entry(
@@ -169,6 +174,7 @@ FORMULAS = (
         {"q": "sqrt(5 - sqrt(5))"},
         look=replace(PLUM, view=(-1.0, -1.5, 0.5)),
         detail=1.5,
+        method="marching",
     ),
     Entry(
         "chmutov_quartic",
@@ -214,6 +220,7 @@ FORMULAS = (
         Facts(degree=6, singular_points=2, types="2 A2", singular_curves=1, closed=True, euler=2),
         Box((-1.4, -0.9, -1.2), (1.4, 0.9, 1.5)),
         look=Look(outside=(0.80, 0.20, 0.30), inside=(0.96, 0.80, 0.70), view=(0.5, -2.0, 0.45)),
+        method="marching",
     ),
     Entry(
         "csg_solid",
@@ -224,6 +231,6 @@ FORMULAS = (
         Facts(closed=True, euler=-8),
         1.1,
         look=STEEL,
-        detail=1.5,
+        detail=1.2,
     ),
 )

@@ -37,7 +37,7 @@ Cells = Callable[[IntArray], NDArray[np.bool_]]
 
 MARGIN = 7
 """Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
-_PATIENCE = 20.0
+_PATIENCE = 60.0
 """Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
 """Where the sweep turns out too coarse, tetrahedra are tried in its place."""
