@@ -12,7 +12,7 @@ from gallery.catalog import Entry, Facts, find
 from gallery.measure import implicit_distance, parametric_distance, sample
 from implicit.domain import Bounds, to_bounds
 from implicit.mesh import Mesh
-from implicit.scene import Line
+from implicit.pictures.scene import Line
 
 Quality = Literal["draft", "normal", "fine"]
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from implicit.domain import Bounds
-from implicit.look import Look
+from implicit.pictures.look import Look
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from gallery.catalog import catalog, find, known
 
 if TYPE_CHECKING:
     from implicit.domain import Bounds
-    from implicit.look import Look
     from implicit.mesh import Mesh
+    from implicit.pictures.look import Look
 
 
 def say(text: object) -> None:
@@ -109,7 +109,7 @@ def make(options: Namespace) -> "tuple[list[object], Look]":
     if not known(text) and re.fullmatch(r"[a-z][a-z_0-9]{3,}", text):
         find(text)  # meant as a name: the error says which are near
     if not known(text):
-        from implicit.look import Look
+        from implicit.pictures.look import Look
 
         return [formula_mesh(text, options.parameter, options.bounds, options.resolution or 96)], Look()
     entry = find(text)

@@ -5,7 +5,7 @@ from math import pi
 
 from gallery.catalog import Entry, Facts
 from implicit.domain import Ball, Box
-from implicit.look import Look
+from implicit.pictures.look import Look
 
 GOLDEN = {"p": "(1 + sqrt(5))/2"}
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gallery.catalog import Entry, Facts
 from gallery.formulas import GOLD, MOSS, OCEAN, PLUM, STEEL, TEAL
-from implicit.look import Look
+from implicit.pictures.look import Look
 
 TEXTBOOK = "Surface modelling, parametric surfaces"
 

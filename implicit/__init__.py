@@ -13,7 +13,6 @@ __dist__ = "implicit-parametric"
 
 if TYPE_CHECKING:
     from implicit.classify import certified_floor, classify, winding_number
-    from implicit.combine import blend, offset
     from implicit.domain import Ball, Box
     from implicit.errors import (
         FormulaError,
@@ -32,17 +31,18 @@ if TYPE_CHECKING:
     from implicit.mesh import Mesh, MeshReport
     from implicit.parametrize import parametrize
     from implicit.polygonize import polygonize, polygonize_from
-    from implicit.shapes import box, capsule, cone, cylinder, plane, sphere, torus
     from implicit.show import render, show
     from implicit.singular import SingularCurve, SingularLocus, SingularPoint, singularities
+    from implicit.solids.combine import blend, offset
+    from implicit.solids.shapes import box, capsule, cone, cylinder, plane, sphere, torus
     from implicit.surface import Curvature, Surface, x, y, z
 
 _HOMES = {
     "certified_floor": "classify",
     "classify": "classify",
     "winding_number": "classify",
-    "blend": "combine",
-    "offset": "combine",
+    "blend": "solids.combine",
+    "offset": "solids.combine",
     "Ball": "domain",
     "Box": "domain",
     "FormulaError": "errors",
@@ -63,13 +63,13 @@ _HOMES = {
     "parametrize": "parametrize",
     "polygonize": "polygonize",
     "polygonize_from": "polygonize",
-    "box": "shapes",
-    "capsule": "shapes",
-    "cone": "shapes",
-    "cylinder": "shapes",
-    "plane": "shapes",
-    "sphere": "shapes",
-    "torus": "shapes",
+    "box": "solids.shapes",
+    "capsule": "solids.shapes",
+    "cone": "solids.shapes",
+    "cylinder": "solids.shapes",
+    "plane": "solids.shapes",
+    "sphere": "solids.shapes",
+    "torus": "solids.shapes",
     "render": "show",
     "show": "show",
     "SingularCurve": "singular",

@@ -13,8 +13,8 @@ from implicit.errors import OpenSurfaceError, UndecidedError
 
 if TYPE_CHECKING:
     from implicit.mesh import Mesh
+    from implicit.sides.winding import MeshWinding
     from implicit.surface import Surface
-    from implicit.winding import MeshWinding
 
 Floats: TypeAlias = NDArray[np.float64]
 Codes: TypeAlias = NDArray[np.int8]
@@ -98,11 +98,11 @@ def certified_floor(solid: Any) -> float:
     from implicit.surface import Surface
 
     if isinstance(solid, Surface):
-        from implicit.sign import sign_of
+        from implicit.sides.sign import sign_of
 
         return sign_of(solid).floor
     if isinstance(solid, Mesh):
-        from implicit.winding import winding_of
+        from implicit.sides.winding import winding_of
 
         return winding_of(solid).floor
     if hasattr(solid, "certified_floor"):
@@ -131,8 +131,8 @@ def winding_number(solid: Any, points: ArrayLike) -> Floats:
     0.125
     """
     from implicit.mesh import Mesh
+    from implicit.sides.winding import winding_of
     from implicit.surface import Surface
-    from implicit.winding import winding_of
 
     flat, exact, shape = _read(points)
     if isinstance(solid, Surface):
@@ -200,10 +200,10 @@ def _fraction(value: Any) -> Fraction:
 def _classify_surface(
     surface: Surface, points: Floats, exact: dict[int, tuple[Fraction, Fraction, Fraction]], tolerance: float | None
 ) -> Codes:
-    from implicit.exact import to_fmpq
+    from implicit.algebra.exact import to_fmpq
     from implicit.kernels.filter import UNSURE
-    from implicit.nearness import Nearness
-    from implicit.sign import FLOOR, sign_of
+    from implicit.sides.nearness import Nearness
+    from implicit.sides.sign import FLOOR, sign_of
 
     sign = sign_of(surface)
     sign.check_multiplicity()
@@ -229,7 +229,7 @@ def _classify_surface(
 
 
 def _classify_mesh(mesh: Mesh, points: Floats, tolerance: float | None, rule: Rule) -> Codes:
-    from implicit.winding import winding_of
+    from implicit.sides.winding import winding_of
 
     winding = winding_of(mesh)
     _check_closed(winding)

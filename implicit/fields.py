@@ -3,9 +3,9 @@
 import numpy as np
 import sympy
 
+from implicit.algebra.expand import Expansion
+from implicit.algebra.polynomial import Polynomial, expansion_terms
 from implicit.evaluate import Field, PolynomialField, TapeField
-from implicit.expand import Expansion
-from implicit.polynomial import Polynomial, expansion_terms
 from implicit.tape import make_tape
 
 _MOST_COEFFICIENTS = 4096  # of a polynomial written as a full table

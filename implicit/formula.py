@@ -18,8 +18,8 @@ from typing import NoReturn
 import sympy
 
 from implicit.errors import FormulaError
-from implicit.trees import build, is_branching
-from implicit.vocabulary import CONSTANTS, FUNCTIONS, VARIABLES, Token, likely, tokens
+from implicit.language.trees import build, is_branching
+from implicit.language.vocabulary import CONSTANTS, FUNCTIONS, VARIABLES, Token, likely, tokens
 
 _DEEPEST = 120  # brackets within brackets
 _LARGEST = 10_000  # digits of a number

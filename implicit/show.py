@@ -18,9 +18,9 @@ import numpy as np
 import pyvista
 
 from implicit.domain import Bounds
-from implicit.look import Look
 from implicit.mesh import Mesh
-from implicit.scene import SUPERSAMPLING, Eye, Image, Piece, average, compose, corners, frame, gather
+from implicit.pictures.look import Look
+from implicit.pictures.scene import SUPERSAMPLING, Eye, Image, Piece, average, compose, corners, frame, gather
 
 Renderer: TypeAlias = Literal["auto", "vtk", "matplotlib"]
 
@@ -141,7 +141,7 @@ def _draw(pieces: list[Piece], eye: Eye, look: Look, size: tuple[int, int], rend
         if _working_window() is None:
             raise RuntimeError("VTK finds no working OpenGL library (such as libEGL) here; use renderer='matplotlib'")
         return _draw_vtk(pieces, eye, look, size)
-    from implicit.paint import paint
+    from implicit.pictures.paint import paint
 
     return paint(pieces, eye, look, size)
 

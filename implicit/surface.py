@@ -16,17 +16,17 @@ from implicit import differential
 from implicit.differential import Curvature
 from implicit.errors import NotPolynomialError
 from implicit.formula import parse
-from implicit.notation import write
-from implicit.reading import to_expression, to_parameters
-from implicit.trees import Packed, pack, unpack, x, y, z
+from implicit.language.notation import write
+from implicit.language.reading import to_expression, to_parameters
+from implicit.language.trees import Packed, pack, unpack, x, y, z
 
 if TYPE_CHECKING:
-    from implicit.distance import Distance
+    from implicit.algebra.expand import Expansion
+    from implicit.algebra.polynomial import Polynomial
     from implicit.domain import Bounds
     from implicit.evaluate import Field
-    from implicit.expand import Expansion
     from implicit.implicitize.certificate import Certificate
-    from implicit.polynomial import Polynomial
+    from implicit.solids.distance import Distance
 
 __all__ = ["Curvature", "Surface", "x", "y", "z"]
 
@@ -119,14 +119,14 @@ class Surface:
         """The surface of an exact polynomial, not expanded again."""
         surface = cls._make(expression=polynomial.to_sympy(), certificate=certificate, polynomial=polynomial)
         if polynomial.field is None:
-            from implicit.expand import Expansion
+            from implicit.algebra.expand import Expansion
 
             surface.__dict__["_expansion"] = Expansion(polynomial.flint, ())
         return surface
 
     @cached_property
     def _expansion(self) -> Expansion | None:
-        from implicit.expand import expand
+        from implicit.algebra.expand import expand
 
         try:
             return expand(self.expression) if self.expression is not None else None
@@ -136,7 +136,7 @@ class Surface:
     @cached_property
     def polynomial(self) -> Polynomial | None:
         """The exact polynomial f; None when it is none, or has coefficients that are no algebraic numbers."""
-        from implicit.polynomial import Polynomial
+        from implicit.algebra.polynomial import Polynomial
 
         try:
             return Polynomial.from_expansion(self._expansion) if self._expansion is not None else None
@@ -239,13 +239,13 @@ class Surface:
         >>> Surface("x^2 + y^2 + z^2 = 1").transform([[2, 0, 0], [0, 1, 0], [0, 0, 1]])
         Surface("x^2/4 + y^2 + z^2 - 1")
         """
-        from implicit.motion import transform
+        from implicit.solids.motion import transform
 
         return transform(self, matrix)
 
     def translate(self, vector: ArrayLike) -> Surface:
         """The surface moved by a vector (3,)."""
-        from implicit.motion import translate
+        from implicit.solids.motion import translate
 
         return translate(self, vector)
 
@@ -254,13 +254,13 @@ class Surface:
 
         sympy angles such as pi/6 stay exact, and so do quarter turns.
         """
-        from implicit.motion import rotate
+        from implicit.solids.motion import rotate
 
         return rotate(self, angle, axis, center)
 
     def scale(self, factor: object, center: ArrayLike = (0, 0, 0)) -> Surface:
         """The surface scaled from `center` by one factor, or by three along x, y and z."""
-        from implicit.motion import scale
+        from implicit.solids.motion import scale
 
         return scale(self, factor, center)
 
@@ -278,7 +278,7 @@ class Surface:
 
 
 def _combine(verb: str, *surfaces: Surface) -> Surface:
-    from implicit import combine
+    from implicit.solids import combine
 
     for surface in surfaces:
         if not isinstance(surface, Surface):
@@ -288,7 +288,7 @@ def _combine(verb: str, *surfaces: Surface) -> Surface:
 
 
 def _restore(packed: Packed, known: tuple[Packed, bool, bool] | None) -> Surface:
-    from implicit.distance import Distance
+    from implicit.solids.distance import Distance
 
     distance = None if known is None else Distance(unpack(known[0]), known[1], known[2])
     return Surface.from_expression(unpack(packed), distance)

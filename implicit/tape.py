@@ -14,8 +14,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from implicit.constants import enclose
-from implicit.trees import postorder, x, y, z
+from implicit.algebra.constants import enclose
+from implicit.language.trees import postorder, x, y, z
 
 X, Y, Z, CONST, ADD, SUB, MUL, DIV, NEG, ABS, SQR, SQRT, EXP, LOG, SIN, COS, ATAN, POW, MIN, MAX = range(20)
 

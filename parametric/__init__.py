@@ -16,47 +16,47 @@ if getattr(implicit, "__dist__", None) != "implicit-parametric":
     )
 
 if TYPE_CHECKING:
-    from parametric.algorithms import basis_function, bernstein, de_boor, de_casteljau
     from parametric.analysis import area, curve_on, fundamental_forms, is_singular
-    from parametric.bspline import BezierCurve, BSplineCurve, line, polyline
-    from parametric.caps import cap
     from parametric.conic import Conic, circle, ellipse, helix, hyperbola, parabola
     from parametric.continuity import ContinuityReport, continuity, make_c0, make_c1, make_g1
-    from parametric.coons import coons, coons_triangle, gordon, loft, plane, ruled
-    from parametric.cubic import HermiteCurve, ParabolicBlend
     from parametric.curve import FunctionCurve, ParametricCurve
     from parametric.edges import Edge
     from parametric.fit import approximate, fit_scattered, interpolate, interpolate_curve
     from parametric.formula import FormulaCurve, FormulaSurface, t, u, v
-    from parametric.frames import minimal_frames
     from parametric.function import FunctionSurface
     from parametric.graph import graph, polynomial_coefficients
     from parametric.grids import grid_mesh, iso_curves
-    from parametric.hermite import HermitePatch
-    from parametric.knots import KnotVector
     from parametric.place import rotation, scaling, translation
-    from parametric.revolve import revolve
     from parametric.shell import EdgeReport, Shell
+    from parametric.splines.bspline import BezierCurve, BSplineCurve, line, polyline
+    from parametric.splines.cubic import HermiteCurve, ParabolicBlend
+    from parametric.splines.hermite import HermitePatch
+    from parametric.splines.knots import KnotVector
+    from parametric.splines.tensor import BezierSurface, BSplineSurface
     from parametric.surface import ParametricSurface
-    from parametric.sweep import extrude, sweep, transform_sweep
+    from parametric.sweeps.caps import cap
+    from parametric.sweeps.frames import minimal_frames
+    from parametric.sweeps.revolve import revolve
+    from parametric.sweeps.sweep import extrude, sweep, transform_sweep
     from parametric.teapot import teapot
-    from parametric.tensor import BezierSurface, BSplineSurface
     from parametric.tessellate import SurfaceMesh, tessellate
+    from parametric.textbook.algorithms import basis_function, bernstein, de_boor, de_casteljau
+    from parametric.transfinite.coons import coons, coons_triangle, gordon, loft, plane, ruled
 
 _HOMES = {
-    "basis_function": "algorithms",
-    "bernstein": "algorithms",
-    "de_boor": "algorithms",
-    "de_casteljau": "algorithms",
+    "basis_function": "textbook.algorithms",
+    "bernstein": "textbook.algorithms",
+    "de_boor": "textbook.algorithms",
+    "de_casteljau": "textbook.algorithms",
     "area": "analysis",
     "curve_on": "analysis",
     "fundamental_forms": "analysis",
     "is_singular": "analysis",
-    "BezierCurve": "bspline",
-    "BSplineCurve": "bspline",
-    "line": "bspline",
-    "polyline": "bspline",
-    "cap": "caps",
+    "BezierCurve": "splines.bspline",
+    "BSplineCurve": "splines.bspline",
+    "line": "splines.bspline",
+    "polyline": "splines.bspline",
+    "cap": "sweeps.caps",
     "circle": "conic",
     "Conic": "conic",
     "ellipse": "conic",
@@ -68,12 +68,12 @@ _HOMES = {
     "make_c0": "continuity",
     "make_c1": "continuity",
     "make_g1": "continuity",
-    "coons": "coons",
-    "coons_triangle": "coons",
-    "gordon": "coons",
-    "loft": "coons",
-    "plane": "coons",
-    "ruled": "coons",
+    "coons": "transfinite.coons",
+    "coons_triangle": "transfinite.coons",
+    "gordon": "transfinite.coons",
+    "loft": "transfinite.coons",
+    "plane": "transfinite.coons",
+    "ruled": "transfinite.coons",
     "HermiteCurve": "cubic",
     "ParabolicBlend": "cubic",
     "FunctionCurve": "curve",
@@ -88,27 +88,27 @@ _HOMES = {
     "t": "formula",
     "u": "formula",
     "v": "formula",
-    "minimal_frames": "frames",
+    "minimal_frames": "sweeps.frames",
     "FunctionSurface": "function",
     "graph": "graph",
     "polynomial_coefficients": "graph",
     "grid_mesh": "grids",
     "iso_curves": "grids",
-    "HermitePatch": "hermite",
-    "KnotVector": "knots",
+    "HermitePatch": "splines.hermite",
+    "KnotVector": "splines.knots",
     "rotation": "place",
     "scaling": "place",
     "translation": "place",
-    "revolve": "revolve",
+    "revolve": "sweeps.revolve",
     "EdgeReport": "shell",
     "Shell": "shell",
     "ParametricSurface": "surface",
-    "extrude": "sweep",
-    "sweep": "sweep",
-    "transform_sweep": "sweep",
+    "extrude": "sweeps.sweep",
+    "sweep": "sweeps.sweep",
+    "transform_sweep": "sweeps.sweep",
     "teapot": "teapot",
-    "BezierSurface": "tensor",
-    "BSplineSurface": "tensor",
+    "BezierSurface": "splines.tensor",
+    "BSplineSurface": "splines.tensor",
     "SurfaceMesh": "tessellate",
     "tessellate": "tessellate",
 }

@@ -141,7 +141,7 @@ def curve_on(surface: ParametricSurface, path: ParametricCurve) -> "CurveOnSurfa
 
     Examples
     --------
-    >>> from parametric.bspline import line
+    >>> from parametric.splines.bspline import line
     >>> from parametric.formula import FormulaSurface, u, v
     >>> round(curve_on(FormulaSurface((u, v, u), ((0, 1), (0, 1))), line((0, 0), (1, 0))).length(), 12)
     1.414213562373
@@ -190,7 +190,7 @@ def area(surface: ParametricSurface, *, tolerance: float = 1e-9) -> float:
 
     Examples
     --------
-    >>> from parametric.tensor import BezierSurface
+    >>> from parametric.splines.tensor import BezierSurface
     >>> round(area(BezierSurface([[(0, 0, 0), (0, 2, 0)], [(3, 0, 0), (3, 2, 0)]])), 12)
     6.0
     """

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parametric.bspline import BSplineCurve, _divide, drop
 from parametric.curve import ParametricCurve
-from parametric.knots import KnotVector
 from parametric.parameters import Array, Interval, to_interval, to_vector
+from parametric.splines.bspline import BSplineCurve, _divide, drop
+from parametric.splines.knots import KnotVector
 
 if TYPE_CHECKING:
     from parametric.formula import FormulaCurve

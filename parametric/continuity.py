@@ -6,10 +6,10 @@ from typing import overload
 import numpy as np
 
 from parametric.curve import ParametricCurve
-from parametric.knots import KnotVector
 from parametric.parameters import Array
+from parametric.splines.knots import KnotVector
+from parametric.splines.tensor import BSplineSurface
 from parametric.surface import ParametricSurface
-from parametric.tensor import BSplineSurface
 
 EDGES = ("u0", "u1", "v0", "v1")
 ENDS = ("t0", "t1")
@@ -58,7 +58,7 @@ def continuity(
 
     Examples
     --------
-    >>> from parametric.tensor import BezierSurface
+    >>> from parametric.splines.tensor import BezierSurface
     >>> left = BezierSurface([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 0)]])
     >>> right = BezierSurface([[(1, 0, 0), (1, 1, 0)], [(3, 0, 0), (3, 1, 0)]])
     >>> report = continuity(left, "u1", right, "u0")
@@ -199,7 +199,7 @@ def make_c1(a: BSplineSurface, edge_a: str, b: BSplineSurface, edge_b: str) -> B
 
     Examples
     --------
-    >>> from parametric.tensor import BezierSurface
+    >>> from parametric.splines.tensor import BezierSurface
     >>> left = BezierSurface([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 0)]])
     >>> right = BezierSurface([[(1, 0, 0), (1, 1, 0)], [(3, 0, 0), (3, 1, 0)], [(4, 0, 1), (4, 1, 1)]])
     >>> continuity(left, "u1", make_c1(left, "u1", right, "u0"), "u0").c1

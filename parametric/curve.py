@@ -11,7 +11,7 @@ from parametric.differences import differentiate
 from parametric.parameters import Array, Interval, Value, to_interval, to_parameters
 
 if TYPE_CHECKING:
-    from parametric.bspline import BezierCurve, BSplineCurve
+    from parametric.splines.bspline import BezierCurve, BSplineCurve
     from parametric.surface import ParametricSurface
 
 CurveLike: TypeAlias = "ParametricCurve | Callable[..., Any] | ArrayLike"
@@ -65,7 +65,7 @@ class ParametricCurve(Value, ABC):
 
         Examples
         --------
-        >>> from parametric.bspline import line
+        >>> from parametric.splines.bspline import line
         >>> line((0, 0, 0), (3, 4, 0)).length()
         5.0
         """
@@ -264,7 +264,7 @@ def to_curve(curve: CurveLike, name: str = "curve") -> ParametricCurve:
         return curve
     if callable(curve):
         return FunctionCurve(curve)
-    from parametric.bspline import polyline
+    from parametric.splines.bspline import polyline
 
     try:
         return polyline(curve)

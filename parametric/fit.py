@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parametric.bspline import BSplineCurve
-from parametric.knots import KnotVector
 from parametric.parameters import Array, to_parameters, to_points
-from parametric.tensor import BSplineSurface
+from parametric.splines.bspline import BSplineCurve
+from parametric.splines.knots import KnotVector
+from parametric.splines.tensor import BSplineSurface
 
 SPACINGS = {"uniform": 0.0, "centripetal": 0.5, "chord": 1.0}
 

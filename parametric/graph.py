@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parametric.blend import greville
 from parametric.function import FunctionSurface
-from parametric.knots import KnotVector
 from parametric.parameters import Array
+from parametric.splines.knots import KnotVector
+from parametric.splines.tensor import BSplineSurface
 from parametric.surface import ParametricSurface
-from parametric.tensor import BSplineSurface
+from parametric.transfinite.blend import greville
 
 PIECES = ("one", "C0", "C1")
 

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from parametric.batch import evaluator
-from parametric.cells import Cells
 from parametric.parameters import Array, to_parameters
 from parametric.shell import Shell
 from parametric.surface import ParametricSurface
 from parametric.tessellate import SurfaceMesh, to_mesh
-from parametric.triangulation import Triangulation
+from parametric.tessellation.batch import evaluator
+from parametric.tessellation.cells import Cells
+from parametric.tessellation.triangulation import Triangulation
 
 _DIAGONALS = ("falling", "rising")
 _ROUNDS = 24

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from implicit.errors import SingularPointError
-from parametric.basis import cross
 from parametric.parameters import Array
+from parametric.splines.basis import cross
 from parametric.surface import Jet, ParametricSurface
 
 VANISHING = 1e-9

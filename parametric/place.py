@@ -10,7 +10,7 @@ from parametric.parameters import Array, Interval, to_vector
 from parametric.surface import ParametricSurface
 
 if TYPE_CHECKING:
-    from parametric.bspline import BSplineCurve
+    from parametric.splines.bspline import BSplineCurve
 
 
 def translation(vector: ArrayLike) -> Array:

@@ -15,7 +15,7 @@ from parametric.parameters import Array
 from parametric.surface import ParametricSurface
 
 if TYPE_CHECKING:
-    from parametric.winding import Solid
+    from parametric.sides.winding import Solid
 
 MATCHING = 1e-6
 """Sides within this part of the size of a shell are one edge, unless a tolerance is given."""
@@ -186,7 +186,7 @@ class Shell:
     @cached_property
     def solid(self) -> Solid:
         """What answers inside and outside; made on first use."""
-        from parametric.winding import Solid
+        from parametric.sides.winding import Solid
 
         return Solid(self)
 

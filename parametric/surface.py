@@ -85,7 +85,7 @@ class ParametricSurface(Value, ABC):
 
         Examples
         --------
-        >>> from parametric.tensor import BezierSurface
+        >>> from parametric.splines.tensor import BezierSurface
         >>> BezierSurface([[(0, 0, 0), (0, 1, 0)], [(1, 0, 0), (1, 1, 0)]]).normal(0.5, 0.5)
         array([0., 0., 1.])
         """

@@ -6,7 +6,7 @@ from importlib.resources import files
 import numpy as np
 
 from parametric.shell import Shell
-from parametric.tensor import BezierSurface
+from parametric.splines.tensor import BezierSurface
 
 
 @cache

@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.mesh import Mesh, area_weighted_normals
-from parametric.batch import evaluator
-from parametric.cells import Cells, first_splits
-from parametric.deviation import corner_places, line_deviations, triangle_deviations
 from parametric.parameters import Array
 from parametric.shell import Shell
 from parametric.surface import ParametricSurface
-from parametric.triangulation import Triangulation
+from parametric.tessellation.batch import evaluator
+from parametric.tessellation.cells import Cells, first_splits
+from parametric.tessellation.deviation import corner_places, line_deviations, triangle_deviations
+from parametric.tessellation.triangulation import Triangulation
 
 Ints = NDArray[np.int64]
 
@@ -85,7 +85,7 @@ def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
     """Split lines until every line and every triangle is within tolerance; each is measured once."""
     measure, limit = triangle_deviations, _SAMPLED * tolerance
     if certified:
-        from parametric.certificate import certified_deviations
+        from parametric.tessellation.certificate import certified_deviations
 
         measure, limit = certified_deviations, tolerance
     lines, triangles = np.arange(len(net.lines.home)), np.arange(len(net.triangles.home))

@@ -8,9 +8,9 @@ from typing import Any
 import sympy
 
 from implicit import Box, Surface
-from implicit.numberfield import NumberField
-from implicit.polynomial import Polynomial
-from implicit.trees import x, y, z
+from implicit.algebra.numberfield import NumberField
+from implicit.algebra.polynomial import Polynomial
+from implicit.language.trees import x, y, z
 
 ENTRIES: list[dict[str, Any]] = json.loads((Path(__file__).parent / "cases" / "singular_catalog.json").read_text())
 NAMES = [entry["name"] for entry in ENTRIES]

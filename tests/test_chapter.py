@@ -20,7 +20,7 @@ from parametric import (
     t,
     transform_sweep,
 )
-from parametric.matrices import (
+from parametric.textbook.matrices import (
     bspline_hermite_data,
     bspline_matrix,
     evaluate_form,

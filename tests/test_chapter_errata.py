@@ -21,7 +21,7 @@ from parametric import (
     u,
     v,
 )
-from parametric.matrices import (
+from parametric.textbook.matrices import (
     bezier_matrix,
     evaluate_form,
     powers,

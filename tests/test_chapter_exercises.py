@@ -16,7 +16,7 @@ from parametric import (
     coons,
     t,
 )
-from parametric.algorithms import basis_function, bernstein, de_boor, de_casteljau
+from parametric.textbook.algorithms import basis_function, bernstein, de_boor, de_casteljau
 
 S = np.linspace(0, 1, 41)
 PARABOLA = [(-1, 0), (0, 1), (2, 0)]

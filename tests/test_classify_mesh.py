@@ -13,7 +13,7 @@ from implicit import (
     polygonize,
     winding_number,
 )
-from implicit.winding import MeshWinding, solid_angles
+from implicit.sides.winding import MeshWinding, solid_angles
 
 TORUS = "(x^2 + y^2 + z^2 + 1 - 4/25)^2 - 4 (x^2 + y^2)"
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from parametric import BezierCurve, BSplineCurve, FunctionCurve, HermiteCurve, ParabolicBlend, line, polyline
-from parametric.algorithms import de_boor, de_casteljau
 from parametric.curve import to_curve
+from parametric.textbook.algorithms import de_boor, de_casteljau
 
 QUICK = settings(max_examples=25, deadline=None)
 S = np.linspace(0, 1, 33)

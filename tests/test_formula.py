@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from implicit import FormulaError, Surface
 from implicit.formula import parse
-from implicit.notation import write
-from implicit.trees import x, y, z
+from implicit.language.notation import write
+from implicit.language.trees import x, y, z
 
 READINGS = {
     "x^2 + y^2 = z": x**2 + y**2 - z,

@@ -6,7 +6,7 @@ import sympy
 
 from implicit import SingularPointError
 from parametric import FormulaCurve, circle, helix, line, minimal_frames, t
-from parametric.frames import FixedFrame, FrenetFrame, MinimalFrame, first_normal, to_frame
+from parametric.sweeps.frames import FixedFrame, FrenetFrame, MinimalFrame, first_normal, to_frame
 
 TWISTED = FormulaCurve((t, t**2, t**3 - t), (-1, 1))
 KNOT = FormulaCurve(

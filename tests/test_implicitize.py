@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sympy import Rational, cos, pi, sin, sqrt, tan
 
 from implicit import Surface, implicitize
-from implicit.trees import x, y, z
+from implicit.language.trees import x, y, z
 from tests.rational import OTHERS, QUADRICS, bezier, random_net, u, v
 
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 from parametric import KnotVector
-from parametric.algorithms import basis_function
-from parametric.knots import to_knots
+from parametric.splines.knots import to_knots
+from parametric.textbook.algorithms import basis_function
 
 QUICK = settings(max_examples=30, deadline=None)
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from implicit import NotPolynomialError, Surface, x, y, z
-from implicit.factor import divide, gcd
-from implicit.numberfield import make_field
-from implicit.polynomial import Polynomial
+from implicit.algebra.factor import divide, gcd
+from implicit.algebra.numberfield import make_field
+from implicit.algebra.polynomial import Polynomial
 
 numbers = st.sampled_from([0, 1, -1, 2, sympy.Rational(1, 3), sympy.sqrt(5), (1 + sympy.sqrt(5)) / 2])
 monomials = st.tuples(*[st.integers(0, 2)] * 3)

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from implicit import sticks
-from implicit.look import DARK, RED, Look
 from implicit.mesh import Mesh
-from implicit.scene import Line, compose, corners, frame, split_sheets
+from implicit.pictures import sticks
+from implicit.pictures.look import DARK, RED, Look
+from implicit.pictures.scene import Line, compose, corners, frame, split_sheets
 from implicit.show import find_renderer, render, show, to_pyvista
 
 RENDERERS = ("vtk", "matplotlib")

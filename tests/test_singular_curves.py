@@ -5,8 +5,8 @@ import pytest
 import sympy
 
 from implicit import Ball, Box, Surface, singularities
+from implicit.language.trees import x, y, z
 from implicit.singular.conic import t
-from implicit.trees import x, y, z
 from tests.singular_catalog import box_of, entry_of, surface_of
 
 PARAMETRIZED = ["source_cubic_asprinted", "source_cubic_line", "whitney_umbrella", "limao", "helix", "klein_bottle"]

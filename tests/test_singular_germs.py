@@ -5,11 +5,11 @@ import sympy
 from flint import arb, fmpq_poly
 
 from implicit import Surface, singularities
+from implicit.language.trees import x, y, z
 from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
 from implicit.singular.germ import Germ
 from implicit.singular.lonely import lonely_radius
-from implicit.trees import x, y, z
 from tests.test_singular_points import turned
 
 NORMAL_FORMS = {

@@ -8,11 +8,11 @@ import sympy
 from numpy.typing import NDArray
 
 from implicit import Box, Surface, singularities
-from implicit.numberfield import NumberField
+from implicit.algebra.numberfield import NumberField
+from implicit.language.trees import x, y, z
 from implicit.singular.form import Form
 from implicit.singular.proof import Jet, integral, is_zero, polish, value_at, zero_gap
 from implicit.singular.symmetry import symmetries
-from implicit.trees import x, y, z
 from tests.singular_catalog import NAMES, box_of, entry_of, surface_of
 
 LIGHT = [
@@ -132,7 +132,7 @@ def test_coefficients_in_a_cubic_field() -> None:
     """(x - a)^2 + y^2 = z^2 with 7 a^3 + 7 a + 1 = 0: one node at (a, 0, 0)."""
     from fractions import Fraction
 
-    from implicit.polynomial import Polynomial
+    from implicit.algebra.polynomial import Polynomial
 
     t = sympy.Symbol("t")
     field = NumberField((1, 7, 0, 7), (Fraction(-15, 100), Fraction(-14, 100)), sympy.CRootOf(7 * t**3 + 7 * t + 1, 0))

@@ -8,7 +8,7 @@ import sympy
 
 from parametric import FormulaCurve, circle, extrude, helix, line, polyline, sweep, t, transform_sweep
 from parametric.analysis import area
-from parametric.caps import cap
+from parametric.sweeps.caps import cap
 
 UP = line((0, 0, 0), (0, 0, 1))
 SQUARE = [(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)]

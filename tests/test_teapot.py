@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from implicit.winding import MeshWinding
+from implicit.sides.winding import MeshWinding
 from parametric import teapot, tessellate
 
 

@@ -10,7 +10,7 @@ from scipy.interpolate import NdBSpline
 from scipy.spatial import ConvexHull
 
 from parametric import BezierSurface, BSplineSurface, HermitePatch, u, v
-from parametric.algorithms import de_boor_surface, de_casteljau_surface
+from parametric.textbook.algorithms import de_boor_surface, de_casteljau_surface
 
 QUICK = settings(max_examples=20, deadline=None)
 U, V = np.random.default_rng(99).random((2, 40))
@@ -251,7 +251,7 @@ def test_implicitize_a_bilinear_patch():
 
 
 def test_read_only_and_strided_parameters_do_not_compile_anew():
-    from parametric.basis import combine_points
+    from parametric.splines.basis import combine_points
 
     surface = BezierSurface(NET)
     expected = surface(U, V)

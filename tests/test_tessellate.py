@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from implicit.winding import MeshWinding
+from implicit.sides.winding import MeshWinding
 from parametric import (
     BezierSurface,
     BSplineSurface,
@@ -172,11 +172,11 @@ def test_certified_meshes_keep_the_tolerance_everywhere(tolerance):
 
 
 def test_a_certificate_bounds_what_is_measured():
-    from parametric.batch import evaluator
-    from parametric.cells import Cells, first_splits
-    from parametric.certificate import certified_deviations
-    from parametric.deviation import triangle_deviations
-    from parametric.triangulation import Triangulation
+    from parametric.tessellation.batch import evaluator
+    from parametric.tessellation.cells import Cells, first_splits
+    from parametric.tessellation.certificate import certified_deviations
+    from parametric.tessellation.deviation import triangle_deviations
+    from parametric.tessellation.triangulation import Triangulation
 
     shell = teapot()
     cells = Cells(shell, [first_splits(s, 1.0) for s in shell.surfaces])

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from implicit import OpenSurfaceError, Surface, UndecidedError, classify, winding_number
-from implicit.winding import MeshWinding
+from implicit.sides.winding import MeshWinding
 from parametric import (
     BezierSurface,
     BSplineSurface,

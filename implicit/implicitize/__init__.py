@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
+from implicit.algebra.polynomial import Polynomial
 from implicit.implicitize.certificate import Certificate
 from implicit.implicitize.clock import Clock
 from implicit.implicitize.eliminate import Implicit
 from implicit.implicitize.homogeneous import Coordinates, read_coordinates
 from implicit.implicitize.orientation import outward_sign
 from implicit.implicitize.solve import solve
-from implicit.polynomial import Polynomial
 from implicit.surface import Surface
 
 Domain: TypeAlias = tuple[tuple[float, float], tuple[float, float]]

@@ -14,9 +14,9 @@ import sympy
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from implicit.algebra.polynomial import Polynomial
 from implicit.errors import NotASurfaceError
 from implicit.implicitize.homogeneous import all_monomials, to_expressions
-from implicit.polynomial import Polynomial
 
 Floats: TypeAlias = NDArray[np.float64]
 Domain: TypeAlias = tuple[tuple[float, float], tuple[float, float]]

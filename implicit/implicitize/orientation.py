@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.algebra.polynomial import Polynomial
 from implicit.implicitize.homogeneous import Coordinates
-from implicit.polynomial import Polynomial
 
 _DIRECTIONS = 64
 _SAMPLES = 48

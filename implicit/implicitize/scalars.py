@@ -10,8 +10,8 @@ from typing import Any
 import sympy
 from flint import fmpq, fmpq_mpoly_ctx
 
+from implicit.algebra.numberfield import NumberField, make_field
 from implicit.errors import TranscendentalError
-from implicit.numberfield import NumberField, make_field
 
 _RING = fmpq_mpoly_ctx.get(("s", "t", "a"), "lex")
 

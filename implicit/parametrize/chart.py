@@ -6,8 +6,8 @@ from typing import TypeAlias
 
 import sympy
 
-from implicit.polynomial import Polynomial
-from implicit.trees import x, y, z
+from implicit.algebra.polynomial import Polynomial
+from implicit.language.trees import x, y, z
 
 u, v = sympy.symbols("u v", real=True)
 TURN = (0.0, float(2 * sympy.pi))

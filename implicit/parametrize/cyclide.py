@@ -6,8 +6,8 @@ and a = b its large, m its small radius (V. Chandru, D. Dutta, C. Hoffmann 1989)
 
 import sympy
 
+from implicit.language.trees import x, y, z
 from implicit.parametrize.chart import TURN, Chart, make_chart, moved, u, v
-from implicit.trees import x, y, z
 
 _NORM = x**2 + y**2 + z**2
 

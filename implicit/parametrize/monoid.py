@@ -5,8 +5,8 @@ from itertools import product
 
 import sympy
 
+from implicit.language.trees import x, y, z
 from implicit.parametrize.chart import Chart, make_chart, u, v
-from implicit.trees import x, y, z
 
 
 def parametrize_monoid(expression: sympy.Expr) -> Chart | None:

@@ -2,8 +2,8 @@
 
 import sympy
 
+from implicit.language.trees import x, y, z
 from implicit.parametrize.chart import TURN, Chart, make_chart, moved, u, v
-from implicit.trees import x, y, z
 
 _UNIT = (-1.0, 1.0)
 _CIRCLE = sympy.cos(u), sympy.sin(u)

@@ -6,9 +6,9 @@ linear in the six numbers w and t.
 
 import sympy
 
+from implicit.language.trees import x, y, z
 from implicit.parametrize.chart import TURN, Chart, make_chart, moved, u
 from implicit.parametrize.monoid import rational_curve
-from implicit.trees import x, y, z
 
 _RADIUS, _HEIGHT = sympy.symbols("r h", real=True)
 

@@ -14,7 +14,7 @@ import numpy as np
 from flint import acb, arb, arb_poly, ctx, fmpq, fmpq_poly
 from numpy.typing import NDArray
 
-from implicit.polynomial import Polynomial
+from implicit.algebra.polynomial import Polynomial
 
 Monomial = tuple[int, int, int]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from implicit import classify
 from implicit.mesh import Mesh
-from implicit.winding import MeshWinding
+from implicit.sides.winding import MeshWinding
 from parametric import Shell, teapot, tessellate
 from tests.benchmarks.measure import markdown, measure
 from tests.solids import torus_patches

@@ -1,0 +1,1 @@
+"""On which side a point lies: certified signs, proofs of nearness, winding numbers of meshes."""

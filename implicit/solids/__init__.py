@@ -1,0 +1,1 @@
+"""Solids: ordinary shapes, and solids made from solids."""

@@ -1,0 +1,1 @@
+"""Splines: knots, basis functions, and the curves and surfaces that control points make."""

@@ -1,0 +1,1 @@
+"""Surfaces that a moving curve makes: sweeps and revolution."""

@@ -1,0 +1,1 @@
+"""How a shell becomes triangles: first cells, refinement, and proofs of the tolerance."""

@@ -1,0 +1,1 @@
+"""Surfaces through whole curves: ruled, lofted, Coons and Gordon."""
