@@ -112,7 +112,7 @@ def test_teapot_patches_lie_on_their_surfaces():
         assert implicit.certificate.proof == "exact"
         a, b = np.random.default_rng(index).random((2, 20))
         points = [[sympy.Float(c, 40) for c in p] for p in patches[index](a, b).tolist()]
-        expression = implicit.algebra.polynomial
+        expression = implicit.polynomial
         size = max(abs(float(c[0])) for c in expression.terms.values())
         for point in points[:4]:
             value = sum(float(c[0]) / size * point[0] ** i * point[1] ** j * point[2] ** k
