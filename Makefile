@@ -10,7 +10,7 @@ gallery: $(READY)            ## render the gallery to out/gallery/index.html
 	@$(BIN)/python -m gallery render
 
 test: $(READY)               ## run the tests
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n auto
 
 check: $(READY)              ## ruff and mypy
 	@$(BIN)/ruff check .
