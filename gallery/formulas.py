@@ -150,7 +150,8 @@ FORMULAS = (
         Facts(degree=4, singular_points=16, types="16 A1", singular_curves=0, closed=False),
         Ball(1.9),
         look=TEAL,
-        detail=1.0,
+        method="marching",
+        detail=1.3,
     ),
     Entry(
         "steiner_roman",
@@ -160,8 +161,7 @@ FORMULAS = (
         Facts(degree=4, singular_points=0, singular_curves=3, closed=True, euler=5),
         Ball(1.25),
         look=MOSS,
-        method="marching",
-        detail=2.0,
+        detail=0.5,
     ),
     Entry(
         "togliatti_quintic",
@@ -184,6 +184,7 @@ FORMULAS = (
         Facts(degree=4, singular_points=12, types="12 A1", singular_curves=0, closed=True, euler=4),
         1.3,
         look=STEEL,
+        detail=0.8,
     ),
     Entry(
         "tanglecube",
