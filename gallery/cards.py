@@ -16,7 +16,7 @@ from implicit.pictures.scene import Line
 
 Quality = Literal["draft", "normal", "fine"]
 
-RESOLUTION: dict[Quality, int] = {"draft": 40, "normal": 72, "fine": 160}
+RESOLUTION: dict[Quality, int] = {"draft": 40, "normal": 64, "fine": 160}
 """Cells along the longest side of the bounds."""
 TOLERANCE: dict[Quality, float] = {"draft": 3e-3, "normal": 1e-3, "fine": 2e-4}
 """Chord distance as a share of the surface's diagonal."""

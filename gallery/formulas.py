@@ -38,7 +38,7 @@ FORMULAS = (
         Facts(degree=3, singular_points=1, types="A5", singular_curves=0, closed=False, euler=1),
         Ball(1.5),
         look=replace(TEAL, view=(-1.0, -1.7, 1.0)),
-        detail=0.6,
+        detail=0.5,
     ),
     Entry(
         "chapter_line",
