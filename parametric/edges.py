@@ -13,6 +13,8 @@ from parametric.parameters import Array
 
 _PLACES = np.array([0.0, 0.11, 0.23, 0.37, 0.5, 0.61, 0.74, 0.89, 1.0])
 """Where along an arc its distance from another one is measured; the middle shows the direction of closed arcs."""
+_EXACT = 1e-6
+"""Arcs closer than this part of the tolerance at every common parameter are in proportion, whatever else they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +156,10 @@ def _match(first: _Piece, other: _Piece, tolerance: float) -> tuple[_Piece, floa
         there = candidate.arc.side.points(candidate.arc.parameter(_PLACES))
         gap = float(np.linalg.norm(there - first.points, axis=1).max())
         if gap <= tolerance:
+            # Nearly in proportion is not in proportion: what looks like a gap may be a difference of speed.
+            fitted = candidate.arc.along(first.arc, tolerance) if gap > _EXACT * tolerance else None
+            if fitted is not None and fitted[1] < 0.1 * gap:
+                return _Piece(fitted[0], candidate.ends, candidate.points), fitted[1]
             return _Piece(candidate.arc, candidate.ends, there), gap
     for candidate in candidates:
         fitted = candidate.arc.along(first.arc, tolerance)

@@ -136,11 +136,20 @@ def test_sides_at_different_speeds_do_not_matter(a, b, k):
     for distance in (1e-2, 1e-6, 1e-10):
         points, side, _ = near_torus(distance, 400, k)
         assert (classify(shell, points) == side).all()
-    edge = next(e for e in shell.edges if not all(arc.proportional for arc in e.arcs))
-    places = edge.points(np.linspace(0.1, 0.9, 40))
+    around = [e for e in shell.edges if k in (arc.side.surface_index for arc in e.arcs)]
+    assert len(around) == 4
+    places = np.concatenate([edge.points(np.linspace(0.1, 0.9, 40)) for edge in around])
     inward = places - places * [1, 1, 0] / np.hypot(places[:, 0], places[:, 1])[:, None]
     for s, code in ((-1e-8, -1), (1e-8, 1)):
         assert (classify(shell, places + s * inward) == code).all()
+
+
+@pytest.mark.parametrize("speed", [1 + 1e-3, 1 + 1e-5, 1 + 1e-7, 1 + 1e-9, 1 + 1e-11, 1 + 1e-13, 1.0])
+def test_a_speed_that_is_nearly_the_same_is_no_gap(speed):
+    patches = torus_patches()
+    patches[5] = reparametrized(reparametrized(patches[5], speed, 0), 1 / speed, 1)
+    points, side, _ = near_torus(1e-10, 400)
+    assert (classify(Shell(patches), points) == side).all()
 
 
 def test_a_long_side_beside_two_short_ones_does_not_matter():
