@@ -13,18 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, WINDOW_ROWS, extract
-from implicit.polygonizers.roots import FOUND_ROWS, SNAP, STATE_ROWS, finish, settle
+from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, extract
+from implicit.polygonizers.guess import FOUND_ROWS, guess
+from implicit.polygonizers.roots import SNAP, finish, search, settle
 from implicit.polygonizers.samples import Sampler
 from implicit.work import Job, batches, check_memory
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-BATCH = 256
+BATCH = 128
 """Bricks that are sampled, extracted and refined at a time: their samples fit the processor's cache."""
 
-_RUN = 4 * BATCH
+_RUN = 8 * BATCH
 """A run has at least so many bricks."""
 
 _ROOM = 64
@@ -70,8 +71,8 @@ class _Run:
         _, rows, columns = self.sampler.lattice.bricks
         room = BATCH * _ROOM + VERTICES_PER_BRICK + _APART
         self.found = np.empty((FOUND_ROWS, room))
-        self.window = np.empty((WINDOW_ROWS, room))
-        self.state = np.empty((STATE_ROWS, room))
+        self.codes = np.empty(room, np.int32)
+        self.left, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
         self.starts = np.zeros(BATCH + 1, np.int64)
         self.low_x = np.empty((2, rows, columns, 128), np.int32)
@@ -105,33 +106,38 @@ class _Run:
         while begin < len(bricks):
             self.faces = _with_room(self.faces, self.t, self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin))
             end, n, self.t, finite = extract(
-                samples, bricks, begin, lattice.padded, lattice.cells, self.low_x, self.low_y, self.low_z, self.n,
-                self.found, self.window, self.starts, self.faces, self.t,
+                samples, bricks, begin, lattice.cells, self.low_x, self.low_y, self.low_z, self.n, self.codes,
+                self.starts, self.faces.reshape(-1), self.t,
             )  # fmt: skip
             if not finite:
                 refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])
             if n:
+                guess(self.codes, n, samples.reshape(-1), bricks, lattice.padded, lattice.cells, self.found)
                 self._refine(first + begin, first + end, n, self.starts[begin : end + 1])
             begin = end
 
     def _refine(self, first: int, last: int, n: int, starts: IntArray) -> None:
         sampler, tolerance = self.sampler, self.sampler.lattice.precision
-        gradients = settle(
-            self.found,
-            self.state,
-            n,
-            lambda points: sampler.near(points, first, last, starts),
-            sampler.anywhere,
-            tolerance,
-        )
         self.vertices = _with_room(self.vertices, self.n, self.n + n)
         self.normals = _with_room(self.normals, self.n, self.n + n)
-        pinned = np.empty(n, np.int64)
-        count, flat = finish(self.found, gradients, SNAP * tolerance, self.vertices, self.normals, self.n, n, pinned)
+        values, gradients = sampler.near(self.found[:3, :n], first, last, starts)
+        waiting, count, flat = settle(
+            self.found, values, gradients, n, tolerance, self.vertices, self.normals, self.n, self.left, self.at_points
+        )
         if count:
-            self.pinned.append(pinned[:count])
-        self.n += n
+            self.pinned.append(self.at_points[:count].copy())
         self.flat += flat
+        if waiting:
+            rows = self.left[:waiting]
+            part, slopes = self.found.take(rows, axis=1), gradients.take(rows, axis=1)
+            search(part, values[rows], slopes, sampler.anywhere, tolerance)
+            count, flat = finish(
+                part, slopes, rows, SNAP * tolerance, self.vertices, self.normals, self.n, self.at_points
+            )
+            if count:
+                self.pinned.append(self.at_points[:count].copy())
+            self.flat += flat
+        self.n += n
 
 
 def _with_room(array: NDArray[Any], filled: int, wanted: int) -> NDArray[Any]:

@@ -15,46 +15,106 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Gradients = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
-FOUND_ROWS = 8
-"""Rows of a crossing: 0-2 the point, 3-4 the ends of its edge, 5-6 f at the ends, 7 the axis of the edge."""
-
 STATE_ROWS = 5
 """Rows of a search: 0-1 the bracket, 2-3 f at its ends, 4 the length of the last step, 0 when settled."""
 
 _CLOSE = 1e-6
 """A step settles a crossing when it is at most this share of the edge: the normal then belongs to the vertex."""
 
-_MANY = 0.1
-"""The share of crossings from which on all are evaluated again, rather than those that are left."""
+_LANES = 64
+"""Crossings at a time."""
 
 SNAP = 4.0
 """A root within this many tolerances of a lattice point is moved there."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def begin(found: Any, state: Any, values: Any, gradients: Any, tolerance: float) -> int:
-    """The first step for every crossing; how many are not settled yet.
+def settle(
+    found: Any, values: Any, gradients: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
+    left: Any, pinned: Any,
+) -> tuple[int, int, int]:  # fmt: skip
+    """One step for n crossings, written with their unit normals from row `first` of vertices and normals on.
 
-    values (n,) and gradients (3, n) belong to the points as they come in. A step s of Newton leaves an error of about
+    values (n,) and gradients (3, n) belong to the points found[:3]. A step s of Newton leaves an error of about
     s^2 |f'' / 2 f'|, with f'' from the divided differences through the ends of the edge; the gradient is that of a
-    point s away, so s has to be tiny as well.
+    point s away, so s has to be tiny as well. Returns how many do not settle by that, and are listed in `left`; how
+    many lie at a lattice point, listed in `pinned` with their row; and how many have no normal.
     """
-    left = 0
+    target, length, good = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES, np.bool_)
+    waiting = count = flat = 0
+    snap = SNAP * tolerance
+    for base in range(0, n, _LANES):
+        m = min(_LANES, n - base)
+        _try(found, values, gradients, base, m, tolerance, target, length, good)
+        for q in range(m):
+            k = base + q
+            if not good[q]:
+                left[waiting] = k
+                waiting += 1
+                continue
+            count, flat = _write(
+                found, gradients, k, target[q], length[q], snap, vertices, normals, first + k, pinned, count, flat
+            )
+    return waiting, count, flat
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _try(
+    found: Any, values: Any, gradients: Any, base: int, n: int, tolerance: float, target: Any, length: Any, good: Any
+) -> None:
+    """Where one step leads, the length of the gradient, and whether the step settles; in a loop that vectorises."""
+    part = slice(base, base + n)
+    x0, x1, x2, lows, highs = found[0, part], found[1, part], found[2, part], found[3, part], found[4, part]
+    at_lows, at_highs, axes, fs = found[5, part], found[6, part], found[7, part], values[part]
+    a, b, c = gradients[0, part], gradients[1, part], gradients[2, part]
+    for k in range(n):
+        first, second = axes[k] == 0.0, axes[k] == 1.0
+        x = x0[k] if first else (x1[k] if second else x2[k])
+        slope = a[k] if first else (b[k] if second else c[k])
+        f, low, high, at_low, at_high = fs[k], lows[k], highs[k], at_lows[k], at_highs[k]
+        goal = x - f / slope
+        step = abs(goal - x)
+        # The bend is ((at_high - f) / (high - x) - (f - at_low) / (x - low)) / (high - low), multiplied out.
+        before, behind, whole = x - low, high - x, high - low
+        bend = abs((at_high - f) * before - (f - at_low) * behind)
+        within = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole)
+        sure = within & (step * step * bend < tolerance * abs(slope) * before * behind * whole)
+        # A sample that is 0 is the root, and the guess is there already.
+        zero = ((at_low == 0.0) & (before <= tolerance)) | ((at_high == 0.0) & (behind <= tolerance))
+        good[k] = sure | zero
+        target[k] = x if zero else goal
+        length[k] = np.sqrt(a[k] * a[k] + b[k] * b[k] + c[k] * c[k])
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _write(
+    found: Any, gradients: Any, k: int, target: float, length: float, snap: float, vertices: Any, normals: Any,
+    row: int, pinned: Any, count: int, flat: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Write a point and its unit normal; one near an end of its edge is moved there and listed."""
+    low, high, axis = found[3, k], found[4, k], found[7, k]
+    at_low, at_high = target - low <= snap, high - target <= snap
+    target = low if at_low else (high if at_high else target)
+    pinned[count] = row  # always, but counted only where true: a conditional store would cost a third of the time
+    count += at_low | at_high
+    vertices[row, 0] = target if axis == 0.0 else found[0, k]
+    vertices[row, 1] = target if axis == 1.0 else found[1, k]
+    vertices[row, 2] = target if axis == 2.0 else found[2, k]
+    scale = 1.0 / length if length > 0.0 else 0.0
+    normals[row, 0] = gradients[0, k] * scale
+    normals[row, 1] = gradients[1, k] * scale
+    normals[row, 2] = gradients[2, k] * scale
+    return count, flat + (not length > 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def begin(found: Any, state: Any, values: Any, gradients: Any, tolerance: float) -> None:
+    """The first step for crossings that did not settle."""
     for k in range(len(values)):
         axis = int(found[7, k])
-        x, f, slope = found[axis, k], values[k], gradients[axis, k]
+        x, f = found[axis, k], values[k]
         low, high, at_low, at_high = found[3, k], found[4, k], found[5, k], found[6, k]
-        target = x - f / slope
-        step = abs(target - x)
-        bend = ((at_high - f) / (high - x) - (f - at_low) / (x - low)) / (high - low)
-        if (
-            low <= target <= high
-            and step <= _CLOSE * (high - low)
-            and step * step * abs(bend) <= tolerance * abs(slope)
-        ):
-            found[axis, k] = target
-            state[4, k] = 0.0
-            continue
+        target = x - f / gradients[axis, k]
         if at_low == 0.0 or at_high == 0.0:
             target = low if at_low == 0.0 else high
         if (f < 0.0) == (at_low < 0.0):
@@ -66,8 +126,6 @@ def begin(found: Any, state: Any, values: Any, gradients: Any, tolerance: float)
         state[0, k], state[1, k], state[2, k], state[3, k] = low, high, at_low, at_high
         state[4, k] = max(abs(target - x), 2.0 * tolerance)
         found[axis, k] = target
-        left += 1
-    return left
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -104,51 +162,28 @@ def advance(found: Any, state: Any, values: Any, gradients: Any, tolerance: floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finish(
-    found: Any, gradients: Any, snap: float, vertices: Any, normals: Any, first: int, n: int, pinned: Any
+    found: Any, gradients: Any, rows: Any, snap: float, vertices: Any, normals: Any, first: int, pinned: Any
 ) -> tuple[int, int]:
-    """Write n points and unit normals from row `first` on; roots at a lattice point are moved there and listed.
-
-    Returns how many are listed, and how many have no normal because the gradient vanishes.
-    """
+    """Write points and unit normals to the rows first + rows; how many are listed in `pinned`, and without normal."""
     count, flat = 0, 0
-    for k in range(n):
-        axis = int(found[7, k])
-        for end in range(2):
-            if abs(found[axis, k] - found[3 + end, k]) <= snap:
-                found[axis, k] = found[3 + end, k]
-                pinned[count] = first + k
-                count += 1
+    for k in range(len(rows)):
+        target = found[int(found[7, k]), k]
         a, b, c = gradients[0, k], gradients[1, k], gradients[2, k]
         length = np.sqrt(a * a + b * b + c * c)
-        scale = 1.0 / length if length > 0.0 else 0.0
-        flat += not length > 0.0
-        for row in range(3):
-            vertices[first + k, row] = found[row, k]
-        normals[first + k, 0] = a * scale
-        normals[first + k, 1] = b * scale
-        normals[first + k, 2] = c * scale
+        count, flat = _write(
+            found, gradients, k, target, length, snap, vertices, normals, first + rows[k], pinned, count, flat
+        )
     return count, flat
 
 
-def settle(
-    found: FloatArray, state: FloatArray, n: int, near: Gradients, anywhere: Gradients, tolerance: float
-) -> FloatArray:
-    """Move n crossings onto the surface; their gradients (3, n).
+def search(found: FloatArray, values: FloatArray, gradients: FloatArray, gradients_at: Gradients, tolerance: float) -> None:
+    """Move crossings that did not settle onto the surface, with values (n,) and gradients (3, n) at found[:3] to start.
 
-    `near` and `anywhere` give values (m,) and gradients (3, m) at points (3, m): `near` for all the crossings in their
-    order, while many are left, `anywhere` for the others.
+    `gradients_at` gives values (m,) and gradients (3, m) at points (3, m). The gradients are those of the last points.
     """
-    values, gradients = near(found[:3, :n])
-    left = begin(found, state, values, gradients, tolerance)
-    if left > _MANY * n:
-        values, gradients = near(found[:3, :n])
-        left = advance(found, state, values, gradients, tolerance)
-    if left:
-        rows = np.flatnonzero(state[4, :n])
-        part, searching = found.take(rows, axis=1), state.take(rows, axis=1)
-        values, slopes = anywhere(part[:3])
-        while advance(part, searching, values, slopes, tolerance):
-            still = np.flatnonzero(searching[4])
-            values[still], slopes[:, still] = anywhere(part[:3, still])
-        found[:, rows], gradients[:, rows] = part, slopes
-    return gradients
+    state = np.empty((STATE_ROWS, len(values)))
+    begin(found, state, values, gradients, tolerance)
+    values[:], gradients[...] = gradients_at(found[:3])
+    while advance(found, state, values, gradients, tolerance):
+        still = np.flatnonzero(state[4])
+        values[still], gradients[:, still] = gradients_at(found[:3, still])

@@ -85,12 +85,13 @@ def _descend(
 def _fill(code: Any, arguments: Any, constants: Any, axes: Any, leaves: Any, registers: Any, samples: Any) -> None:
     """Write the samples (n, 512) of leaves."""
     scratch, planes = np.empty((3, WIDTH)), np.empty((3, SIDE))
+    points, side = np.int64(0), np.int64(SIDE)  # a literal would make numba compile `evaluate` once more
     for index in range(len(leaves)):
         for axis in range(3):
             for k in range(SIDE):
                 planes[axis, k] = axes[axis, 7 * leaves[index, axis] + k]
-        start, count = leaves[index, 3], leaves[index, 4]
-        evaluate(code, start, count, arguments, constants, planes, 0, SIDE, registers, scratch)
+        start, count = np.int64(leaves[index, 3]), np.int64(leaves[index, 4])
+        evaluate(code, start, count, arguments, constants, planes, points, side, registers, scratch)
         mask = code[start + count - 1, 3]
         spread(samples[index], registers[count - 1], mask, 7, SIDE)
 
@@ -102,9 +103,9 @@ def _near(
 ) -> None:  # fmt: skip
     """Values (n,) and gradients (3, n) at points (3, n), by the tape of the leaf that each belongs to."""
     scratch, slopes, part = np.empty((3, WIDTH)), np.empty((3, WIDTH)), np.empty((3, WIDTH))
-    index = 0
+    index, side = 0, np.int64(SIDE)
     while index < len(leaves):
-        start, count = leaves[index, 3], leaves[index, 4]
+        start, count = np.int64(leaves[index, 3]), np.int64(leaves[index, 4])
         first = starts[index]
         index += 1
         while (
@@ -119,7 +120,7 @@ def _near(
             for axis in range(3):
                 for k in range(n):
                     part[axis, k] = points[axis, base + k]
-            evaluate(code, start, count, arguments, constants, part, n, SIDE, registers, scratch)
+            evaluate(code, start, count, arguments, constants, part, n, side, registers, scratch)
             differentiate(code, start, count, arguments, constants, n, registers, adjoints, slopes, scratch)
             for k in range(n):
                 values[base + k] = registers[count - 1, k]

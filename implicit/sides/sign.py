@@ -145,7 +145,7 @@ _NOTHING = np.empty((2, 0))
 def _run(tape: Tape, points: Floats, radii: Floats, block: int, known: Floats) -> Signs:
     out = np.empty(len(points), dtype=np.int8)
     registers = np.empty((len(tape) + 6, block + 16))
-    tape_signs(tape.code, tape.arguments, tape.constants, points, radii, block, registers, out, known)
+    tape_signs(tape.code.copy(), tape.arguments.copy(), tape.constants, points, radii, block, registers, out, known)
     return out
 
 
