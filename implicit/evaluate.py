@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from implicit.kernels.adjoint import differentiate
 from implicit.kernels.horner import LANES, evaluate_terms
-from implicit.kernels.values import SIDE, WIDTH, evaluate
+from implicit.kernels.values import EVERYTHING, SIDE, WIDTH, evaluate
 from implicit.second import hessians_of
 from implicit.tape import Tape
 
@@ -108,7 +108,7 @@ class TapeField:
         for start in range(0, len(points), _CHUNK):
             axes = np.ascontiguousarray(points[start : start + _CHUNK].T)
             k = axes.shape[1]
-            evaluate(code, 0, n, *data, axes, k, SIDE, registers, scratch)
+            evaluate(code, 0, n, *data, axes, k, SIDE, EVERYTHING, registers, scratch)
             result[start : start + k] = registers[n - 1, :k]
             if gradients is not None:
                 differentiate(code, 0, n, *data, k, registers, adjoints, slopes, scratch)

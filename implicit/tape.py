@@ -173,14 +173,17 @@ class _Writer:
         return self.binary(SUB, result, self.chain(ADD, minus)) if minus else result
 
     def product(self, node: sympy.Mul, arguments: list[int]) -> int:
-        above, below, negative = [], [], False
+        above, below = list[int](), list[int]()
+        scale = sympy.Mul(*(factor for factor in node.args if not factor.free_symbols))
+        negative = bool(scale.is_negative)
+        scale = -scale if negative else scale
+        if scale != 1:
+            above.append(self.number(scale))
         for factor, register in zip(node.args, arguments, strict=True):
             operation, a, b, _ = self.rows[register]
-            if factor.is_Rational and factor < 0:
-                negative = not negative
-                if factor != -1:
-                    above.append(self.number(-factor))
-            elif operation == DIV and self.rows[a][0] == CONST and self.constants[self.rows[a][1]] == (1.0, 1.0, 1.0):
+            if not factor.free_symbols:
+                continue
+            if operation == DIV and self.rows[a][0] == CONST and self.constants[self.rows[a][1]] == (1.0, 1.0, 1.0):
                 below.append(b)
             else:
                 above.append(register)

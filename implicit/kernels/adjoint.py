@@ -48,7 +48,13 @@ def differentiate(
             _binary(operation, g, value, registers[a], registers[b], adjoints[a], adjoints[b])
         elif operation <= POW:
             exponent = constants[b, 0] if operation == POW else 0.0
-            _unary(operation, g, value, registers[a], adjoints[a], exponent, scratch[2])
+            other = -1
+            if operation == SIN or operation == COS:
+                other = _find(code, start, count, COS + SIN - operation, a)
+            if other >= 0:
+                _turn(g, registers[other], adjoints[a], 1.0 if operation == SIN else -1.0)
+            else:
+                _unary(operation, g, value, registers[a], adjoints[a], exponent, scratch[2])
         else:
             free = scratch[0, :n]
             copy(free, g)
@@ -59,6 +65,22 @@ def differentiate(
                     taken = branch[k] == value[k]
                     target[k] += free[k] if taken else 0.0
                     free[k] = 0.0 if taken else free[k]
+
+
+@njit(**INNER)
+def _find(code: Rows, start: int, count: int, operation: int, a: int) -> int:
+    """The register with this operation on register a, or -1."""
+    for q in range(count):
+        if code[start + q, 0] == operation and code[start + q, 1] == a:
+            return q
+    return -1
+
+
+@njit(**INNER)
+def _turn(g: Floats, other: Floats, to_a: Floats, sign: float) -> None:
+    """The derivative of a sine where the cosine is known, and the other way round."""
+    for k in range(g.shape[0]):
+        to_a[k] += sign * other[k] * g[k] if g[k] != 0.0 else 0.0
 
 
 @njit(**INNER)

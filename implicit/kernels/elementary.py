@@ -19,6 +19,7 @@ Longs: TypeAlias = NDArray[np.int64]
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # called by other kernels only
+_FUSED = {**INNER, "fastmath": {"contract"}}  # a product and a sum may be rounded once, which is more exact
 
 EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above
 SIN_MOST = 1e5  # beyond, the library's sine
@@ -41,7 +42,7 @@ def fill(out: Floats, value: float) -> None:
         out[k] = value
 
 
-@njit(**INNER)
+@njit(**_FUSED)
 def sine(out: Floats, a: Floats, shift: float) -> None:
     """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
     far = False
@@ -70,7 +71,7 @@ def sine(out: Floats, a: Floats, shift: float) -> None:
                 out[k] = math.sin(a[k]) if shift == 0.0 else math.cos(a[k])
 
 
-@njit(**INNER)
+@njit(**_FUSED)
 def exponential(out: Floats, a: Floats) -> None:
     """Store exp(a): a = q log 2 + r, a polynomial in r, and 2^q from a table."""
     for k in range(out.shape[0]):

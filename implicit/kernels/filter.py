@@ -38,7 +38,7 @@ def tape_signs(
     registers (rows of the tape + 6, >= block) is room to work in. known (2, n) takes values and bounds, unless empty.
     """
     size = code.shape[0]
-    first, side = np.int64(0), np.int64(8)  # a literal would make numba compile `evaluate` once more
+    first, side, moved = np.int64(0), np.int64(8), np.int64(15)  # a literal would make numba compile `evaluate` once more
     scratch, axes = registers[size : size + 3], registers[size + 3 : size + 6]
     largest, errors = np.empty(size), np.empty(size)
     for base in range(0, points.shape[0], block):
@@ -49,7 +49,7 @@ def tape_signs(
                 axes[axis, k] = points[base + k, axis]
             if radii.shape[0] > 1:
                 radius = radii[base + k] if k == 0 else max(radius, radii[base + k])
-        evaluate(code, first, size, arguments, constants, axes, n, side, registers, scratch)
+        evaluate(code, first, size, arguments, constants, axes, n, side, moved, registers, scratch)
         bound_errors(code, arguments, constants, n, radius, registers, largest, errors)
         bound, values = errors[size - 1], registers[size - 1]
         for k in range(n):

@@ -13,6 +13,7 @@ from implicit.tape import CONST, DIV, MIN, POW
 
 WIDTH = 528  # floats in a row of registers: 512 samples, and no two rows a multiple of 4096 bytes apart
 SIDE = 8  # samples along a brick
+EVERYTHING = 15  # no register is known yet
 
 
 @njit(**INNER)
@@ -68,6 +69,7 @@ def evaluate(
     axes: Floats,
     points: int,
     side: int,
+    moved: int,
     registers: Floats,
     scratch: Floats,
 ) -> None:
@@ -75,12 +77,16 @@ def evaluate(
 
     points 0: a brick, axes (3, >= side) hold its lattice coordinates. points n > 0: n scattered points, axes (3, >= n)
     hold their coordinates. registers (>= count, >= values), scratch (2, >= values).
+    moved: EVERYTHING, or the axes (in the bits of a mask) along which a brick differs from the one that the registers
+    were found for; those that depend on no such axis are kept.
     """
     for q in range(count):
         operation = code[start + q, 0]
         a = code[start + q, 1]
         b = code[start + q, 2]
         mask = 7 if points else code[start + q, 3]
+        if not (moved == EVERYTHING or mask & moved):
+            continue
         out = registers[q, : points if points else count_of(mask, side)]
         if operation < CONST:
             copy(out, axes[operation])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, extract
 from implicit.polygonizers.guess import FOUND_ROWS, guess
-from implicit.polygonizers.roots import SNAP, finish, search, settle
+from implicit.polygonizers.roots import STATE_ROWS, finish, search, settle
 from implicit.polygonizers.samples import Sampler
 from implicit.work import Job, batches, check_memory
 
@@ -72,7 +72,8 @@ class _Run:
         room = BATCH * _ROOM + VERTICES_PER_BRICK + _APART
         self.found = np.empty((FOUND_ROWS, room))
         self.codes = np.empty(room, np.int32)
-        self.left, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
+        self.part, self.state = np.empty((FOUND_ROWS, room)), np.empty((STATE_ROWS, room))
+        self.rows, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
         self.starts = np.zeros(BATCH + 1, np.int64)
         self.low_x = np.empty((2, rows, columns, 128), np.int32)
@@ -122,22 +123,28 @@ class _Run:
         self.normals = _with_room(self.normals, self.n, self.n + n)
         values, gradients = sampler.near(self.found[:3, :n], first, last, starts)
         waiting, count, flat = settle(
-            self.found, values, gradients, n, tolerance, self.vertices, self.normals, self.n, self.left, self.at_points
-        )
+            self.found, values, gradients, n, tolerance, self.vertices, self.normals, self.n, self.rows, self.part,
+            self.state, self.at_points,
+        )  # fmt: skip
+        self._note(count, flat)
+        if waiting:
+            gradients = search(
+                self.part, self.state, self.rows, waiting,
+                lambda points, rows: sampler.near(points, first, last, np.searchsorted(rows, starts)), tolerance,
+            )  # fmt: skip
+            self._note(
+                *finish(
+                    self.part, gradients, self.rows, waiting, tolerance, self.vertices, self.normals, self.n,
+                    self.at_points,
+                )
+            )  # fmt: skip
+        self.n += n
+
+    def _note(self, count: int, flat: int) -> None:
+        """Keep the vertices that were found at lattice points, and count those without a normal."""
         if count:
             self.pinned.append(self.at_points[:count].copy())
         self.flat += flat
-        if waiting:
-            rows = self.left[:waiting]
-            part, slopes = self.found.take(rows, axis=1), gradients.take(rows, axis=1)
-            search(part, values[rows], slopes, sampler.anywhere, tolerance)
-            count, flat = finish(
-                part, slopes, rows, SNAP * tolerance, self.vertices, self.normals, self.n, self.at_points
-            )
-            if count:
-                self.pinned.append(self.at_points[:count].copy())
-            self.flat += flat
-        self.n += n
 
 
 def _with_room(array: NDArray[Any], filled: int, wanted: int) -> NDArray[Any]:
@@ -204,5 +211,5 @@ def _join(runs: list[_Run]) -> Marched:
         vertices, normals, faces = (
             np.concatenate([getattr(run, name) for run in runs]) for name in ("vertices", "normals", "faces")
         )
-    at_points = np.concatenate(pinned) if pinned else np.zeros(0, np.int64)
+    at_points = np.sort(np.concatenate(pinned)) if pinned else np.zeros(0, np.int64)
     return Marched(vertices, normals, faces, at_points, sum(run.flat for run in runs))

@@ -12,8 +12,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from implicit.polygonizers.guess import FOUND_ROWS
+
 FloatArray = NDArray[np.float64]
-Gradients = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+IntArray = NDArray[np.int64]
+Gradients = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
 
 STATE_ROWS = 5
 """Rows of a search: 0-1 the bracket, 2-3 f at its ends, 4 the length of the last step, 0 when settled."""
@@ -31,14 +34,15 @@ SNAP = 4.0
 @njit(cache=True, nogil=True, error_model="numpy")
 def settle(
     found: Any, values: Any, gradients: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
-    left: Any, pinned: Any,
+    rows: Any, part: Any, state: Any, pinned: Any,
 ) -> tuple[int, int, int]:  # fmt: skip
     """One step for n crossings, written with their unit normals from row `first` of vertices and normals on.
 
     values (n,) and gradients (3, n) belong to the points found[:3]. A step s of Newton leaves an error of about
     s^2 |f'' / 2 f'|, with f'' from the divided differences through the ends of the edge; the gradient is that of a
-    point s away, so s has to be tiny as well. Returns how many do not settle by that, and are listed in `left`; how
-    many lie at a lattice point, listed in `pinned` with their row; and how many have no normal.
+    point s away, so s has to be tiny as well. Those that do not settle by that are listed in `rows`, and copied to
+    `part` with their step done and the search begun in `state`. Returns how many these are; how many lie at a lattice
+    point, listed in `pinned` with their row; and how many have no normal.
     """
     target, length, good = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES, np.bool_)
     waiting = count = flat = 0
@@ -49,7 +53,8 @@ def settle(
         for q in range(m):
             k = base + q
             if not good[q]:
-                left[waiting] = k
+                rows[waiting] = k
+                _begin(found, values, gradients, k, tolerance, part, state, waiting)
                 waiting += 1
                 continue
             count, flat = _write(
@@ -108,31 +113,34 @@ def _write(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def begin(found: Any, state: Any, values: Any, gradients: Any, tolerance: float) -> None:
-    """The first step for crossings that did not settle."""
-    for k in range(len(values)):
-        axis = int(found[7, k])
-        x, f = found[axis, k], values[k]
-        low, high, at_low, at_high = found[3, k], found[4, k], found[5, k], found[6, k]
-        target = x - f / gradients[axis, k]
-        if at_low == 0.0 or at_high == 0.0:
-            target = low if at_low == 0.0 else high
-        if (f < 0.0) == (at_low < 0.0):
-            low, at_low = x, f
-        else:
-            high, at_high = x, f
-        if not (low <= target <= high):
-            target = 0.5 * (low + high)
-        state[0, k], state[1, k], state[2, k], state[3, k] = low, high, at_low, at_high
-        state[4, k] = max(abs(target - x), 2.0 * tolerance)
-        found[axis, k] = target
+def _begin(
+    found: Any, values: Any, gradients: Any, k: int, tolerance: float, part: Any, state: Any, place: int
+) -> None:
+    """Copy crossing k to a place in `part`, with its first step done and its bracket in `state`."""
+    for row in range(FOUND_ROWS):
+        part[row, place] = found[row, k]
+    axis = int(found[7, k])
+    x, f = found[axis, k], values[k]
+    low, high, at_low, at_high = found[3, k], found[4, k], found[5, k], found[6, k]
+    target = x - f / gradients[axis, k]
+    if at_low == 0.0 or at_high == 0.0:
+        target = low if at_low == 0.0 else high
+    if (f < 0.0) == (at_low < 0.0):
+        low, at_low = x, f
+    else:
+        high, at_high = x, f
+    if not (low <= target <= high):
+        target = 0.5 * (low + high)
+    state[0, place], state[1, place], state[2, place], state[3, place] = low, high, at_low, at_high
+    state[4, place] = max(abs(target - x), 2.0 * tolerance)
+    part[axis, place] = target
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def advance(found: Any, state: Any, values: Any, gradients: Any, tolerance: float) -> int:
-    """One more step for every crossing that is not settled; how many are left."""
+def advance(found: Any, state: Any, values: Any, gradients: Any, n: int, tolerance: float, still: Any) -> int:
+    """One more step for every crossing that is not settled; how many are left, and listed in `still`."""
     left = 0
-    for k in range(len(values)):
+    for k in range(n):
         last = state[4, k]
         if last == 0.0:
             continue
@@ -156,34 +164,38 @@ def advance(found: Any, state: Any, values: Any, gradients: Any, tolerance: floa
             step = 0.0
         found[axis, k] = target
         state[4, k] = step
+        still[left] = k
         left += step > 0.0
     return left
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finish(
-    found: Any, gradients: Any, rows: Any, snap: float, vertices: Any, normals: Any, first: int, pinned: Any
-) -> tuple[int, int]:
-    """Write points and unit normals to the rows first + rows; how many are listed in `pinned`, and without normal."""
+    found: Any, gradients: Any, rows: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
+    pinned: Any,
+) -> tuple[int, int]:  # fmt: skip
+    """Write n points and unit normals to the rows first + rows; how many are listed in `pinned`, and without normal."""
     count, flat = 0, 0
-    for k in range(len(rows)):
+    for k in range(n):
         target = found[int(found[7, k]), k]
         a, b, c = gradients[0, k], gradients[1, k], gradients[2, k]
         length = np.sqrt(a * a + b * b + c * c)
         count, flat = _write(
-            found, gradients, k, target, length, snap, vertices, normals, first + rows[k], pinned, count, flat
-        )
+            found, gradients, k, target, length, SNAP * tolerance, vertices, normals, first + rows[k], pinned, count, flat
+        )  # fmt: skip
     return count, flat
 
 
-def search(found: FloatArray, values: FloatArray, gradients: FloatArray, gradients_at: Gradients, tolerance: float) -> None:
-    """Move crossings that did not settle onto the surface, with values (n,) and gradients (3, n) at found[:3] to start.
+def search(
+    found: FloatArray, state: FloatArray, rows: IntArray, n: int, gradients_at: Gradients, tolerance: float
+) -> FloatArray:
+    """Move the n crossings whose search has begun onto the surface; their gradients (3, n).
 
-    `gradients_at` gives values (m,) and gradients (3, m) at points (3, m). The gradients are those of the last points.
+    `gradients_at` gives values (m,) and gradients (3, m) at points (3, m) of the given rows (m,), which ascend.
     """
-    state = np.empty((STATE_ROWS, len(values)))
-    begin(found, state, values, gradients, tolerance)
-    values[:], gradients[...] = gradients_at(found[:3])
-    while advance(found, state, values, gradients, tolerance):
-        still = np.flatnonzero(state[4])
-        values[still], gradients[:, still] = gradients_at(found[:3, still])
+    still = np.empty(n + 1, np.int64)
+    values, gradients = gradients_at(found[:3, :n], rows[:n])
+    while left := advance(found, state, values, gradients, n, tolerance, still):
+        places = still[:left]
+        values[places], gradients[:, places] = gradients_at(found[:3, places], rows[places])
+    return gradients

@@ -16,7 +16,7 @@ from implicit.evaluate import TapeField
 from implicit.kernels.adjoint import differentiate
 from implicit.kernels.ranges import enclose
 from implicit.kernels.shorten import place_of, shorten
-from implicit.kernels.values import SIDE, WIDTH, evaluate, spread
+from implicit.kernels.values import EVERYTHING, SIDE, WIDTH, evaluate, spread
 from implicit.polygonizers.lattice import Lattice
 
 FloatArray = NDArray[np.float64]
@@ -87,11 +87,16 @@ def _fill(code: Any, arguments: Any, constants: Any, axes: Any, leaves: Any, reg
     scratch, planes = np.empty((3, WIDTH)), np.empty((3, SIDE))
     points, side = np.int64(0), np.int64(SIDE)  # a literal would make numba compile `evaluate` once more
     for index in range(len(leaves)):
+        moved = np.int64(0)
         for axis in range(3):
             for k in range(SIDE):
                 planes[axis, k] = axes[axis, 7 * leaves[index, axis] + k]
+            if index > 0 and leaves[index, axis] != leaves[index - 1, axis]:
+                moved |= 4 >> axis
         start, count = np.int64(leaves[index, 3]), np.int64(leaves[index, 4])
-        evaluate(code, start, count, arguments, constants, planes, points, side, registers, scratch)
+        if index == 0 or start != leaves[index - 1, 3] or count != leaves[index - 1, 4]:
+            moved = np.int64(EVERYTHING)
+        evaluate(code, start, count, arguments, constants, planes, points, side, moved, registers, scratch)
         mask = code[start + count - 1, 3]
         spread(samples[index], registers[count - 1], mask, 7, SIDE)
 
@@ -103,7 +108,7 @@ def _near(
 ) -> None:  # fmt: skip
     """Values (n,) and gradients (3, n) at points (3, n), by the tape of the leaf that each belongs to."""
     scratch, slopes, part = np.empty((3, WIDTH)), np.empty((3, WIDTH)), np.empty((3, WIDTH))
-    index, side = 0, np.int64(SIDE)
+    index, side, every = 0, np.int64(SIDE), np.int64(EVERYTHING)
     while index < len(leaves):
         start, count = np.int64(leaves[index, 3]), np.int64(leaves[index, 4])
         first = starts[index]
@@ -120,7 +125,7 @@ def _near(
             for axis in range(3):
                 for k in range(n):
                     part[axis, k] = points[axis, base + k]
-            evaluate(code, start, count, arguments, constants, part, n, side, registers, scratch)
+            evaluate(code, start, count, arguments, constants, part, n, side, every, registers, scratch)
             differentiate(code, start, count, arguments, constants, n, registers, adjoints, slopes, scratch)
             for k in range(n):
                 values[base + k] = registers[count - 1, k]
