@@ -12,7 +12,7 @@ from implicit import Surface, x, y, z
 from implicit.kernels.adjoint import differentiate
 from implicit.kernels.ranges import enclose
 from implicit.kernels.shorten import shorten
-from implicit.kernels.values import SIDE, WIDTH, evaluate, spread
+from implicit.kernels.values import EVERYTHING, SIDE, WIDTH, evaluate, spread
 from implicit.tape import ADD, CONST, DIV, MAX, MIN, MUL, Tape, make_tape
 
 
@@ -36,7 +36,7 @@ def random_solid(seed, parts=12):
 
 def brick(code, start, count, tape, arguments, axes):
     registers, scratch = np.empty((count, WIDTH)), np.empty((3, WIDTH))
-    evaluate(code, start, count, arguments, tape.constants, axes, 0, SIDE, registers, scratch)
+    evaluate(code, start, count, arguments, tape.constants, axes, 0, SIDE, EVERYTHING, registers, scratch)
     out = np.empty(512)
     spread(out, registers[count - 1], code[start + count - 1, 3], 7, SIDE)
     return out
@@ -124,7 +124,7 @@ def test_shortened_tapes_change_no_bit(seed, scale):
 def gradients(code, start, count, tape, arguments, points):
     registers, adjoints, scratch = np.empty((count, WIDTH)), np.empty((count, WIDTH)), np.empty((3, WIDTH))
     found = np.empty((3, WIDTH))
-    evaluate(code, start, count, arguments, tape.constants, points, 512, SIDE, registers, scratch)
+    evaluate(code, start, count, arguments, tape.constants, points, 512, SIDE, EVERYTHING, registers, scratch)
     differentiate(code, start, count, arguments, tape.constants, 512, registers, adjoints, found, scratch)
     return found[:, :512]
 
