@@ -135,13 +135,10 @@ def _mesh(
     """Sweep, join what meets at lattice points, keep what the seeds lie on, cut along the ball."""
     job = Job(len(sampler.bricks), progress, check_workers(workers))
     marched = (march if decomposition == "cube" else march_tetrahedra)(sampler, job)
-    vertices, normals, faces = marched.vertices, marched.normals, marched.faces
     step = sampler.lattice.step
-    changed = weld(vertices, faces, marched.pinned)
+    vertices, normals, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
     if seeds is not None:
         drop_pieces(vertices, faces, seeds, 2 * step)
-        changed = True
-    if changed:
         vertices, normals, faces = squeeze(vertices, normals, faces)
     if isinstance(domain, Ball):
         vertices, normals, faces = clip(vertices, normals, faces, domain, surface.field, step)

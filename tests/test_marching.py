@@ -17,7 +17,7 @@ from implicit.mesh import Mesh
 from implicit.polygonizers.lattice import Lattice
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
-from implicit.polygonizers.weld import squeeze, weld
+from implicit.polygonizers.weld import weld
 from implicit.topology import find_edges
 from implicit.work import Job
 
@@ -157,8 +157,7 @@ def polygonize_lattice(surface, lattice):
     """The marching part of `polygonize` over a given lattice."""
     sampler = choose_sampler(surface, lattice)
     marched = march(sampler, Job(len(sampler.bricks)))
-    weld(marched.vertices, marched.faces, marched.pinned)
-    vertices, _, faces = squeeze(marched.vertices, marched.normals, marched.faces)
+    vertices, _, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
     return Mesh(vertices, faces)
 
 

@@ -113,7 +113,10 @@ class _Run:
             if not finite:
                 refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])
             if n:
-                guess(self.codes, n, samples.reshape(-1), bricks, lattice.padded, lattice.cells, self.found)
+                guess(
+                    self.codes, self.starts, begin, end, samples.reshape(-1), bricks, lattice.padded, lattice.cells,
+                    self.found,
+                )  # fmt: skip
                 self._refine(first + begin, first + end, n, self.starts[begin : end + 1])
             begin = end
 

@@ -86,7 +86,9 @@ def _try(
         sure = within & (step * step * bend < tolerance * abs(slope) * before * behind * whole)
         # A sample that is 0 is the root, and the guess is there already.
         zero = ((at_low == 0.0) & (before <= tolerance)) | ((at_high == 0.0) & (behind <= tolerance))
-        good[k] = sure | zero
+        goal = goal if goal > low else low
+        goal = goal if goal < high else high
+        good[k] = sure | zero | (step <= tolerance)
         target[k] = x if zero else goal
         length[k] = np.sqrt(a[k] * a[k] + b[k] * b[k] + c[k] * c[k])
 

@@ -20,31 +20,72 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def weld(vertices: FloatArray, faces: IntArray, pinned: IntArray) -> bool:
-    """Let one vertex of each group that meets at a lattice point stand for all, in `faces` itself; whether any do.
+Arrays = tuple[FloatArray, FloatArray, IntArray]
 
-    Faces that lose their area by that have repeated vertices afterwards, for `squeeze` to drop.
 
-    pinned: the vertices that lie at a lattice point, exactly.
+def weld(vertices: FloatArray, normals: FloatArray, faces: IntArray, pinned: IntArray) -> Arrays:
+    """Let one vertex of each group that meets at a lattice point stand for all; the arrays are used up.
+
+    Faces that lose their area by that are dropped, and so are vertices without faces.
+
+    pinned: the vertices that lie at a lattice point, exactly, ascending.
     """
     meeting = _meeting(vertices, pinned)
     if not len(meeting):
-        return False
-    near = list_marked(faces, _marks(meeting, len(vertices)))
+        return vertices, normals, faces
+    marked = _marks(meeting, len(vertices))
+    marked[len(vertices) - len(meeting) :] = True  # these may take the places of vertices that are dropped
+    near = list_marked(faces, marked)
     part = faces[near]
     members, leader = _groups(vertices, part, meeting)
     target = np.arange(len(vertices))
     while len(members):
         target[members] = leader
         merged = target[part]
-        bad = _spoiled(_drop_flat(merged), np.unique(leader), len(vertices))
+        bad = _spoiled(merged[~_is_flat(merged)], np.unique(leader), len(vertices))
         if not len(bad):
             faces[near] = merged
-            return True
+            dead = _without_faces(faces, part, merged, members[members != leader])
+            return _compact(vertices, normals, faces, near, dead)
         stay = ~np.isin(leader, bad)
         target[members[~stay]] = members[~stay]
         members, leader = members[stay], leader[stay]
-    return False
+    return vertices, normals, faces
+
+
+def _is_flat(faces: IntArray) -> NDArray[np.bool_]:
+    a, b, c = faces.T
+    return np.asarray((a == b) | (b == c) | (c == a))
+
+
+def _without_faces(faces: IntArray, before: IntArray, after: IntArray, members: IntArray) -> IntArray:
+    """The vertices, ascending, that have no face with area any more; the members, which others stand for, among them."""
+    flat = _is_flat(after)
+    lost = np.setdiff1d(before[flat], np.append(after[~flat], members))
+    if len(lost):  # they may have faces that did not change
+        rest = faces[list_marked(faces, _marks(lost, int(faces.max()) + 1))]
+        lost = np.setdiff1d(lost, rest[~_is_flat(rest)])
+    return np.union1d(members, lost)
+
+
+def _compact(vertices: FloatArray, normals: FloatArray, faces: IntArray, near: IntArray, dead: IntArray) -> Arrays:
+    """Drop vertices, and the faces among `near` without area, by moving the last ones into their places.
+
+    near lists, ascending, at least the faces at the last len(dead) vertices.
+    """
+    size = len(vertices) - len(dead)
+    holes = dead[dead < size]
+    moved = np.setdiff1d(np.arange(size, len(vertices)), dead)
+    number = np.arange(len(vertices))
+    number[moved] = holes
+    vertices[holes], normals[holes] = vertices[moved], normals[moved]
+    part = number[faces[near]]
+    faces[near] = part
+    gone = near[_is_flat(part)]
+    count = len(faces) - len(gone)
+    free = gone[gone < count]
+    faces[free] = faces[np.setdiff1d(np.arange(count, len(faces)), gone)]
+    return trimmed(vertices, size), trimmed(normals, size), trimmed(faces, count)
 
 
 @njit(cache=True, nogil=True)
@@ -71,7 +112,7 @@ def _squeeze(vertices: Any, normals: Any, faces: Any) -> tuple[int, int]:
     return n, t
 
 
-def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
+def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Arrays:
     """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
     n, t = _squeeze(vertices, normals, faces)
     return trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)
@@ -130,11 +171,6 @@ def _groups(vertices: FloatArray, faces: IntArray, meeting: IntArray) -> tuple[I
     _, first, inverse, size = np.unique(label, return_index=True, return_inverse=True, return_counts=True)
     several = size[inverse] > 1
     return meeting[several], meeting[first[inverse[several]]]
-
-
-def _drop_flat(faces: IntArray) -> IntArray:
-    a, b, c = faces.T
-    return faces[(a != b) & (b != c) & (c != a)]
 
 
 def _spoiled(merged: IntArray, leaders: IntArray, size: int) -> IntArray:

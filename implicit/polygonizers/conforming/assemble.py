@@ -123,8 +123,8 @@ def conforming(
     found = find_blocks(surface.field, grid, isolated_points(local, locus))
     sampler = choose_sampler(surface, grid.lattice)
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
-    weld(marched.vertices, marched.faces, marched.pinned)
-    swept = _Draft(marched.vertices, _without_repeats(marched.faces), np.zeros(0, np.int64))
+    vertices, _, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
+    swept = _Draft(vertices, faces, np.zeros(0, np.int64))
     seeds = np.zeros((0, 3))
     for _ in range(_PASSES):
         blocks, hood = resolve(local, locus, found, seeds)
@@ -151,11 +151,6 @@ def _coarse(draft: _Draft, local: Local, skipped: Sequence[Cells]) -> FloatArray
         fine = ~holds(cells)
         middles, cells = middles[fine], cells[fine]
     return middles
-
-
-def _without_repeats(faces: IntArray) -> IntArray:
-    """The faces with three different vertices."""
-    return faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
 
 
 def _join(draft: _Draft, grid: Grid, hood: Neighbourhood) -> None:
