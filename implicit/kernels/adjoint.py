@@ -49,7 +49,7 @@ def differentiate(
         elif operation <= POW:
             exponent = constants[b, 0] if operation == POW else 0.0
             other = -1
-            if operation == SIN or operation == COS:
+            if operation in (SIN, COS):
                 other = _find(code, start, count, COS + SIN - operation, a)
             if other >= 0:
                 _turn(g, registers[other], adjoints[a], 1.0 if operation == SIN else -1.0)
@@ -85,17 +85,23 @@ def _turn(g: Floats, other: Floats, to_a: Floats, sign: float) -> None:
 
 @njit(**INNER)
 def _binary(operation: int, g: Floats, value: Floats, a: Floats, b: Floats, to_a: Floats, to_b: Floats) -> None:
-    for k in range(g.shape[0]):
-        to, fro = g[k], g[k]
-        if operation == SUB:
-            fro = -fro
-        elif operation == MUL:
-            to, fro = to * b[k], fro * a[k]
-        elif operation == DIV:
-            to = to / b[k] if to != 0.0 else 0.0
-            fro = -to * value[k] if to != 0.0 else 0.0
-        to_a[k] += to
-        to_b[k] += fro
+    n = g.shape[0]
+    if operation == MUL:
+        for k in range(n):
+            to_a[k] += g[k] * b[k]
+        for k in range(n):
+            to_b[k] += g[k] * a[k]
+    elif operation == DIV:
+        for k in range(n):
+            to_a[k] += g[k] / b[k] if g[k] != 0.0 else 0.0
+        for k in range(n):
+            to_b[k] -= g[k] / b[k] * value[k] if g[k] != 0.0 else 0.0
+    else:
+        sign = -1.0 if operation == SUB else 1.0
+        for k in range(n):
+            to_a[k] += g[k]
+        for k in range(n):
+            to_b[k] += sign * g[k]
 
 
 @njit(**INNER)

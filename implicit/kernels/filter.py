@@ -38,7 +38,11 @@ def tape_signs(
     registers (rows of the tape + 6, >= block) is room to work in. known (2, n) takes values and bounds, unless empty.
     """
     size = code.shape[0]
-    first, side, moved = np.int64(0), np.int64(8), np.int64(15)  # a literal would make numba compile `evaluate` once more
+    first, side, moved = (
+        np.int64(0),
+        np.int64(8),
+        np.int64(15),
+    )  # literals would compile `evaluate` again
     scratch, axes = registers[size : size + 3], registers[size + 3 : size + 6]
     largest, errors = np.empty(size), np.empty(size)
     for base in range(0, points.shape[0], block):

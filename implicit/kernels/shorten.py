@@ -1,4 +1,5 @@
-"""A tape without what cannot matter in one box: branches of min and max that cannot win, abs of what has one sign.
+"""A tape without what cannot matter in one box: branches of min and max that cannot win, abs of what has one sign,
+and sums with what is 0 once such a branch is gone.
 
 The shortened tape computes the same values, bit for bit, at every sample in the box.
 """
@@ -7,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows
-from implicit.tape import ABS, CONST, DIV, MIN
+from implicit.tape import ABS, ADD, CONST, DIV, MIN, MUL, SQR, SUB
 
 
 @njit(**OPTIONS)
@@ -27,6 +28,7 @@ def shorten(
     start: int,
     count: int,
     arguments: Indices,
+    constants: Floats,
     low: Floats,
     high: Floats,
     i: int,
@@ -40,12 +42,13 @@ def shorten(
     """Write the tape for box (i, j, k) behind the pool: its rows from `out` on, its arguments from `out_arguments` on.
 
     low and high hold the bounds that `ranges.enclose` found with the rows start .. start+count-1. Needs room for
-    `count` rows and for as many arguments as the tape has; work (2, >= count).
+    `count` rows and for as many arguments as the tape has; work (3, >= count).
 
     Returns the number of rows and the end of the arguments. The number is `count` when nothing was dropped, and then
     nothing is written that is needed: the old tape serves.
     """
-    live, place = work[0], work[1]
+    live, place, zero = work[0], work[1], work[2]
+    _find_zeros(code, start, count, arguments, constants, low, high, i, j, k, side, zero)
     for q in range(count):
         live[q] = 0
     live[count - 1] = 1
@@ -60,8 +63,13 @@ def shorten(
         if operation <= CONST:
             continue
         if operation <= DIV:
-            live[a] = 1
-            live[b] = 1
+            if zero[b] == 1 and operation in (ADD, SUB):
+                place[q] = a
+            elif zero[a] == 1 and operation == ADD:
+                place[q] = b
+            dropped += place[q] >= 0
+            live[a] |= place[q] != b
+            live[b] |= place[q] != a
         elif operation < MIN:
             live[a] = 1
             if operation == ABS and low[a, place_of(code[start + a, 3], i, j, k, side)] >= 0.0:
@@ -117,6 +125,51 @@ def shorten(
         place[q] = rows
         rows += 1
     return rows, end
+
+
+@njit(**OPTIONS)
+def _find_zeros(
+    code: Rows,
+    start: int,
+    count: int,
+    arguments: Indices,
+    constants: Floats,
+    low: Floats,
+    high: Floats,
+    i: int,
+    j: int,
+    k: int,
+    side: int,
+    zero: Indices,
+) -> None:
+    """Set zero[q] to 1 where register q is 0 in box (i, j, k): the number 0, products with it, its square, and a MIN or
+    MAX that it wins.
+    """
+    some = False
+    for c in range(len(constants)):
+        some |= constants[c, 1] == 0.0 and constants[c, 2] == 0.0
+    for q in range(count):
+        zero[q] = 0
+    if not some:
+        return
+    for q in range(count):
+        operation, a, b = code[start + q, 0], code[start + q, 1], code[start + q, 2]
+        if operation < CONST:
+            continue
+        if operation == CONST:
+            zero[q] = constants[a, 1] == 0.0 and constants[a, 2] == 0.0
+        elif operation == MUL:
+            other = code[start + (b if zero[a] == 1 else a), 0]
+            zero[q] = (zero[a] == 1 or zero[b] == 1) and other == CONST
+        elif operation == SQR:
+            zero[q] = zero[a]
+        elif operation >= MIN:
+            bar = _bar(code, start, arguments, a, b, operation == MIN, low, high, i, j, k, side)
+            won = True
+            for t in range(b):
+                r = arguments[a + t]
+                won &= zero[r] == 1 or _loses(code, start, r, operation == MIN, bar, low, high, i, j, k, side)
+            zero[q] = won
 
 
 @njit(**OPTIONS)

@@ -25,9 +25,7 @@ EDGE_PLACE = np.array(
 )  # fmt: skip
 """Where the number of each edge of the first cell of a brick is kept: direction 512 + x 64 + y 8 + z."""
 
-_PLACES = np.zeros((256, 16), np.uint16)
-_PLACES[:, : TRIANGLES.shape[1]] = EDGE_PLACE[TRIANGLES]
-_PLACES = _PLACES.ravel()
+_PLACES = np.pad(EDGE_PLACE[TRIANGLES], ((0, 0), (0, 1))).astype(np.uint16).ravel()
 _COUNT = TRIANGLE_COUNT.astype(np.uint8)
 
 _U = np.uint64
@@ -123,7 +121,7 @@ def _leave(words: Any, numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _join(words: Any, planes: int, row: Any, numbers: Any, corners: Any, t: int) -> int:
+def _join(words: Any, planes: int, row: Any, numbers: Any, corners: Any, t: int) -> Any:
     """Write the triangles of the cells of a brick, three numbers each, from place 3 t on; the next free triangle.
 
     Two or all five triangles are written whether a cell has them or not: what is too much is overwritten.
@@ -151,7 +149,7 @@ def _join(words: Any, planes: int, row: Any, numbers: Any, corners: Any, t: int)
                 for e in range(6, 15):
                     corners[p + _U(e)] = numbers[_PLACES[place + _U(e)] + base]
             p += _U(count)
-    return np.int64(p) // 3
+    return np.int64(p // _U(3))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -35,7 +35,7 @@ SNAP = 4.0
 def settle(
     found: Any, values: Any, gradients: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
     rows: Any, part: Any, state: Any, pinned: Any,
-) -> tuple[int, int, int]:  # fmt: skip
+) -> Any:  # fmt: skip
     """One step for n crossings, written with their unit normals from row `first` of vertices and normals on.
 
     values (n,) and gradients (3, n) belong to the points found[:3]. A step s of Newton leaves an error of about
@@ -45,7 +45,7 @@ def settle(
     point, listed in `pinned` with their row; and how many have no normal.
     """
     target, length, good = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES, np.bool_)
-    waiting = count = flat = 0
+    waiting, count, flat = np.int64(0), 0, 0  # a literal would compile `_begin` again
     snap = SNAP * tolerance
     for base in range(0, n, _LANES):
         m = min(_LANES, n - base)
@@ -183,7 +183,8 @@ def finish(
         a, b, c = gradients[0, k], gradients[1, k], gradients[2, k]
         length = np.sqrt(a * a + b * b + c * c)
         count, flat = _write(
-            found, gradients, k, target, length, SNAP * tolerance, vertices, normals, first + rows[k], pinned, count, flat
+            found, gradients, k, target, length, SNAP * tolerance, vertices, normals, first + rows[k], pinned, count,
+            flat,
         )  # fmt: skip
     return count, flat
 

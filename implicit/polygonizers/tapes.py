@@ -36,9 +36,10 @@ def _descend(
     written behind them.
     """
     low, high = np.empty((rows, 64)), np.empty((rows, 64))
-    scratch, work = np.empty((5, 64)), np.empty((2, rows), np.int32)
+    scratch, work = np.empty((5, 64)), np.empty((3, rows), np.int32)
     lower, upper = np.empty((3, _SPLIT)), np.empty((3, _SPLIT))
     end, most, count, depth = rows, used, 0, 1
+    points, side = np.int64(0), np.int64(_SPLIT)  # literals would compile `enclose` again
     stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
     stack[0, 3], stack[0, 4], stack[0, 5] = levels, 0, rows
     while depth > 0:
@@ -51,12 +52,12 @@ def _descend(
                 block = stack[depth, axis] + c * width
                 lower[axis, c] = axes[axis, 7 * min(block, bricks[axis])]
                 upper[axis, c] = axes[axis, 7 * min(block + width, bricks[axis])]
-        enclose(code, start, length, arguments, constants, lower, upper, 0, _SPLIT, low, high, scratch)
+        enclose(code, start, length, arguments, constants, lower, upper, points, side, low, high, scratch)
         mask = code[start + length - 1, 3]
         for i in range(min(_SPLIT, -(-(bricks[0] - x) // width))):
             for j in range(min(_SPLIT, -(-(bricks[1] - y) // width))):
                 for k in range(min(_SPLIT, -(-(bricks[2] - z) // width))):
-                    place = place_of(mask, i, j, k, _SPLIT)
+                    place = place_of(mask, i, j, k, side)
                     if low[length - 1, place] >= 0.0 or high[length - 1, place] < 0.0:
                         continue
                     if end + length > len(code) or most + used > len(arguments):
@@ -64,7 +65,7 @@ def _descend(
                     if count == len(leaves) or depth + 1 > len(stack):
                         return -1
                     kept, last = shorten(
-                        code, start, length, arguments, low, high, i, j, k, _SPLIT, end, most, work
+                        code, start, length, arguments, constants, low, high, i, j, k, side, end, most, work
                     )  # fmt: skip
                     target = start
                     if kept < length:
@@ -85,7 +86,11 @@ def _descend(
 def _fill(code: Any, arguments: Any, constants: Any, axes: Any, leaves: Any, registers: Any, samples: Any) -> None:
     """Write the samples (n, 512) of leaves."""
     scratch, planes = np.empty((3, WIDTH)), np.empty((3, SIDE))
-    points, side = np.int64(0), np.int64(SIDE)  # a literal would make numba compile `evaluate` once more
+    points, side, full = (
+        np.int64(0),
+        np.int64(SIDE),
+        np.int64(7),
+    )  # literals would compile `evaluate` again
     for index in range(len(leaves)):
         moved = np.int64(0)
         for axis in range(3):
@@ -98,7 +103,7 @@ def _fill(code: Any, arguments: Any, constants: Any, axes: Any, leaves: Any, reg
             moved = np.int64(EVERYTHING)
         evaluate(code, start, count, arguments, constants, planes, points, side, moved, registers, scratch)
         mask = code[start + count - 1, 3]
-        spread(samples[index], registers[count - 1], mask, 7, SIDE)
+        spread(samples[index], registers[count - 1], np.int64(mask), full, side)
 
 
 @njit(cache=True, nogil=True)

@@ -59,7 +59,7 @@ def _is_flat(faces: IntArray) -> NDArray[np.bool_]:
 
 
 def _without_faces(faces: IntArray, before: IntArray, after: IntArray, members: IntArray) -> IntArray:
-    """The vertices, ascending, that have no face with area any more; the members, which others stand for, among them."""
+    """The vertices, ascending, that no face with area has any more; among them the members, which others stand for."""
     flat = _is_flat(after)
     lost = np.setdiff1d(before[flat], np.append(after[~flat], members))
     if len(lost):  # they may have faces that did not change

@@ -171,12 +171,13 @@ def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
 @njit(cache=True)
 def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floats) -> int:
     """What a box with Bernstein coefficients b holds: -1 nothing, 1 exactly one critical point, 0 unknown."""
-    least, greatest = spread(b, shape, -1, -1)
+    none = np.int64(-1)  # a literal would compile `spread` again
+    least, greatest = spread(b, shape, none, none)
     if least > error or greatest < -error:
         return -1
     largest = max(-least, greatest)
     for a in range(3):
-        least, greatest = spread(b, shape, a, -1)
+        least, greatest = spread(b, shape, a, none)
         pad = (2 * error + 4 * UNIT * largest) * (shape[a] - 1)
         if least > pad or greatest < -pad:
             return -1
