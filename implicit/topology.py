@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 IntArray = NDArray[np.int64]
 
@@ -84,7 +82,7 @@ def count_components(faces: IntArray, loose: IntArray, points: IntArray, size: i
     for indices in (faces, loose, points):
         used[indices.ravel()] = True
     links = np.concatenate([faces[:, :2], faces[:, 1:], loose])
-    label = _components(links, size)
+    label = components(links, size)
     return int(np.count_nonzero(used)), len(np.unique(label[used]))
 
 
@@ -103,11 +101,15 @@ def split_vertices(faces: IntArray, edges: Edges) -> IntArray:
     links = np.concatenate(
         [np.column_stack([low[joined], low[joined + 1]]), np.column_stack([high[joined], high[joined + 1]])]
     )
-    label = _components(links, len(start))
+    label = components(links, len(start))
     fans = np.unique(np.column_stack([start, label]), axis=0)[:, 0]
     return np.unique(fans[1:][np.diff(fans) == 0])
 
 
-def _components(links: IntArray, size: int) -> NDArray[np.int32]:
+def components(links: IntArray, size: int) -> NDArray[np.int32]:
+    """A number for each of `size` nodes, equal where links (n, 2) connect them."""
+    from scipy.sparse import coo_array  # slow to import, and most meshes are made without
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_array((np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(size, size))
     return np.asarray(connected_components(graph, directed=False)[1])

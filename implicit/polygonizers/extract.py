@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from implicit.kernels.elementary import INNER
 from implicit.polygonizers.cell import EDGES, TRIANGLE_COUNT, TRIANGLES
 
 VERTICES_PER_BRICK = 3 * 8 * 8 * 8
@@ -44,7 +45,7 @@ def _lowest_bit(word: Any) -> Any:
     return _BIT[((word & (~word + _U(1))) * _HASH) >> _U(58)]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _pack_signs(f: Any, signs: Any, eights: Any, words: Any) -> bool:
     """Set bit 8 j + k of words[i] where f[64 i + 8 j + k] < 0; whether all of f is finite."""
     bad = np.uint8(0)
@@ -81,7 +82,7 @@ def _mixed(words: Any, face: Any) -> bool:
     return some != _U(0) and every != face
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _fetch(words: Any, numbers: Any, points: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
     """Take the numbers on the upper faces from the lower faces of the neighbours there.
 
@@ -102,7 +103,7 @@ def _fetch(words: Any, numbers: Any, points: Any, low_x: Any, low_y: Any, low_z:
             numbers[512 + 8 * a + 7] = low_z[64 + a]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _leave(words: Any, numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None:
     """Leave the numbers on the three lower faces behind for the neighbours there."""
     if words[0] != _U(0) and words[0] != ~_U(0):
@@ -120,7 +121,7 @@ def _leave(words: Any, numbers: Any, low_x: Any, low_y: Any, low_z: Any) -> None
             low_z[64 + a] = numbers[512 + 8 * a]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _join(words: Any, planes: int, row: Any, numbers: Any, corners: Any, t: int) -> Any:
     """Write the triangles of the cells of a brick, three numbers each, from place 3 t on; the next free triangle.
 
@@ -152,7 +153,7 @@ def _join(words: Any, planes: int, row: Any, numbers: Any, corners: Any, t: int)
     return np.int64(p // _U(3))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _rows(count: int, width: int) -> Any:
     """The bits 8 j + k with j < count and k < width."""
     word = _U(0)

@@ -8,13 +8,12 @@ Source: Bloomenthal, Polygonization of implicit surfaces, 1988, doi:10.1016/0167
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from implicit.evaluate import Field
 from implicit.polygonizers.lattice import CELLS, Lattice, in_order
 from implicit.polygonizers.marching import refuse
 from implicit.polygonizers.samples import Sampler, sampler_of
+from implicit.topology import components
 
 FloatArray = NDArray[np.float64]
 BrickArray = NDArray[np.int32]
@@ -124,8 +123,7 @@ def _mixed(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def drop_pieces(vertices: FloatArray, faces: IntArray, seeds: FloatArray, reach: float) -> None:
     """Flatten, in `faces` itself, those of the connected pieces that do not come within `reach` of a seed."""
     links = np.concatenate([faces[:, :2], faces[:, 1:]])
-    graph = coo_array((np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(len(vertices),) * 2)
-    label = connected_components(graph, directed=False)[1]
+    label = components(links, len(vertices))
     wanted = []
     for seed in seeds:
         distance = np.linalg.norm(vertices - seed, axis=1)

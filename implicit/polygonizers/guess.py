@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from implicit.kernels.elementary import INNER
+
 FOUND_ROWS = 8
 """Rows of a crossing: 0-2 the point, 3-4 the ends of its edge, 5-6 f at the ends, 7 the axis of the edge."""
 
@@ -39,7 +41,7 @@ def guess(
                 found[(codes[k] >> 9) & 3, k] = low + (high - low) * first[q]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _look(
     codes: Any, base: int, count: int, samples: Any, origin: int, home: Any, own: Any, axes: Any, found: Any,
     window: Any, line: Any, first: Any,
@@ -70,7 +72,7 @@ def _look(
         line[q] = first[q] + a / (a - b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _extend(codes: Any, base: int, count: int, own: Any, window: Any) -> None:
     """Where a brick has fewer than six samples along an axis, continue the polynomial through those there are.
 
@@ -86,7 +88,7 @@ def _extend(codes: Any, base: int, count: int, own: Any, window: Any) -> None:
             window[row, q] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _solve(window: Any, line: Any, first: Any, count: int) -> None:
     """Replace `first` by the share of the edge at which the polynomial through its six samples vanishes.
 

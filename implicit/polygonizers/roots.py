@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from implicit.kernels.elementary import INNER
 from implicit.polygonizers.guess import FOUND_ROWS
 
 FloatArray = NDArray[np.float64]
@@ -63,7 +64,7 @@ def settle(
     return waiting, count, flat
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _try(
     found: Any, values: Any, gradients: Any, base: int, n: int, tolerance: float, target: Any, length: Any, good: Any
 ) -> None:
@@ -114,7 +115,7 @@ def _write(
     return count, flat + (not length > 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**INNER)
 def _begin(
     found: Any, values: Any, gradients: Any, k: int, tolerance: float, part: Any, state: Any, place: int
 ) -> None:

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from implicit.mesh import area_weighted_normals
-from implicit.topology import find_edges, split_vertices
+from implicit.topology import components, find_edges, split_vertices
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -166,8 +164,7 @@ def _groups(vertices: FloatArray, faces: IntArray, meeting: IntArray) -> tuple[I
     sides = sides[(sides >= 0).all(axis=1)]
     here = vertices[meeting]
     sides = sides[(here[sides[:, 0]] == here[sides[:, 1]]).all(axis=1)]
-    graph = coo_array((np.ones(len(sides), np.int8), (sides[:, 0], sides[:, 1])), shape=(len(meeting),) * 2)
-    label = connected_components(graph, directed=False)[1]
+    label = components(sides, len(meeting))
     _, first, inverse, size = np.unique(label, return_index=True, return_inverse=True, return_counts=True)
     several = size[inverse] > 1
     return meeting[several], meeting[first[inverse[several]]]
