@@ -59,8 +59,8 @@ def _bound(net: Triangulation, surface: ParametricSurface, which: Ints) -> Array
     scale = float(np.abs(surface.points).max())
     worst = np.zeros(which.size)
     for region in _regions(net, which):
-        where = np.einsum("kc,ncd->nkd", places, region)
-        values = matrix @ _values(surface, where[..., 0], where[..., 1])
+        u, v = (region[..., axis] @ places.T for axis in (0, 1))
+        values = matrix @ _values(surface, u, v)
         np.maximum(worst, farthest(corners, np.ascontiguousarray(values)), out=worst)
     slack = rounding * scale
     if surface.weights is not None:
