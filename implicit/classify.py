@@ -169,7 +169,9 @@ def _read(points: ArrayLike) -> tuple[Floats, dict[int, tuple[Fraction, Fraction
         flat = np.ascontiguousarray(rows, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise ValueError("points must be real numbers within the range of floats") from None
-    if not np.isfinite(flat).all():
+    with np.errstate(over="ignore", invalid="ignore"):
+        doubtful = not np.isfinite(flat.sum())  # far quicker, and finite only where all are
+    if doubtful and not np.isfinite(flat).all():
         bad = np.flatnonzero(~np.isfinite(flat).all(axis=1))
         index = tuple(int(i) for i in np.unravel_index(bad[0], shape)) if shape else ()
         place = f"points{list(index)}" if index else "the point"

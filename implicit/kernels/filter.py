@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows
+from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows
 from implicit.kernels.values import evaluate
 from implicit.tape import ABS, ADD, ATAN, CONST, COS, DIV, EXP, LOG, MIN, MUL, NEG, SIN, SQR, SQRT, SUB
 
@@ -38,11 +38,7 @@ def tape_signs(
     registers (rows of the tape + 6, >= block) is room to work in. known (2, n) takes values and bounds, unless empty.
     """
     size = code.shape[0]
-    first, side, moved = (
-        np.int64(0),
-        np.int64(8),
-        np.int64(15),
-    )  # literals would compile `evaluate` again
+    first, side, moved = np.int64(0), np.int64(8), np.int64(15)  # literals would compile it again
     scratch, axes = registers[size : size + 3], registers[size + 3 : size + 6]
     largest, errors = np.empty(size), np.empty(size)
     for base in range(0, points.shape[0], block):
@@ -64,6 +60,15 @@ def tape_signs(
                 known[0, base + k], known[1, base + k] = values[k], bound
 
 
+@njit(**INNER, fastmath={"nnan", "nsz"})
+def _size(row: Floats) -> float:
+    """The largest absolute value; coordinates are finite, and told so, the loop vectorises."""
+    size = 0.0
+    for k in range(row.shape[0]):
+        size = max(size, abs(row[k]))
+    return size
+
+
 @njit(**OPTIONS)
 def bound_errors(
     code: Rows,
@@ -83,10 +88,7 @@ def bound_errors(
         operation, a, b = code[q, 0], code[q, 1], code[q, 2]
         row = registers[q, :n]
         if operation < CONST:
-            size = 0.0
-            for k in range(n):
-                size = max(size, abs(row[k]))
-            largest[q], errors[q] = size, radius
+            largest[q], errors[q] = _size(row), radius
             continue
         if operation == CONST:
             value = constants[a, 0]
