@@ -60,13 +60,17 @@ def tape_signs(
                 known[0, base + k], known[1, base + k] = values[k], bound
 
 
-@njit(**INNER, fastmath={"nnan", "nsz"})
+@njit(**INNER)
 def _size(row: Floats) -> float:
-    """The largest absolute value; coordinates are finite, and told so, the loop vectorises."""
-    size = 0.0
+    """The largest absolute value. Floats without their sign are in the order of their bits, and a loop over whole
+    numbers vectorises.
+    """
+    bits, most = row.view(np.int64), np.zeros(1, np.int64)
+    worst = np.int64(0)
     for k in range(row.shape[0]):
-        size = max(size, abs(row[k]))
-    return size
+        worst = max(worst, bits[k] & 0x7FFFFFFFFFFFFFFF)
+    most[0] = worst
+    return most.view(np.float64)[0]
 
 
 @njit(**OPTIONS)
