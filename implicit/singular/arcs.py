@@ -35,11 +35,12 @@ def _dense(terms: dict[int, fmpq]) -> fmpq_poly:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """An irreducible part of a projected curve; (x, y, z) = turn (X, Y, Z) in the units of the surface."""
+    """An irreducible part of a projected curve; (x, y, z) = turn (X, Y, Z) + shift."""
 
     projection: Projection
     field: Field
     turn: Floats
+    shift: Floats
 
     @property
     def polynomial(self) -> fmpq_mpoly:
@@ -62,8 +63,9 @@ class Part:
             if self.field.degree > 1 and not abs(number / slope - self.field.root).upper() < 1e-9:
                 return None
             place = np.array([float(arb(at)), float(root.mid()), float((height / slope).mid())])
-            point = self.turn @ place
-            return np.where(np.abs(point) < 1e-15 * np.abs(self.turn) @ np.abs(place), 0.0, point)
+            point = self.turn @ place + self.shift
+            size = np.abs(self.turn) @ np.abs(place) + np.abs(self.shift)
+            return np.where(np.abs(point) < 1e-15 * size, 0.0, point)
 
     def critical(self, others: Sequence["Part"]) -> list[arb]:
         """The real X where roots of this part meet each other or those of other parts."""
@@ -103,7 +105,7 @@ class Part:
                         z = height / slope
                         point = np.array([float(arb(at)), float(y.real.mid()), float(z.real.mid())])
                         if abs(float(z.imag.mid())) < 1e-6 * (1 + abs(point[2])):
-                            found.append((float(y.real.mid()), self.turn @ point))
+                            found.append((float(y.real.mid()), self.turn @ point + self.shift))
         return found
 
 

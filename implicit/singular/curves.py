@@ -48,7 +48,7 @@ class Curves:
     def other_points(self, deadline: Deadline) -> Floats | None:
         """All real singular points (n, 3) off the curves, if they could be found exactly."""
         found = real_points(self.twist.form, deadline, self.shapes)
-        return None if found is None else found * self.twist.scale
+        return None if found is None else self.twist.outside(found)
 
 
 def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:
@@ -58,13 +58,13 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     if projection is None:
         return None
     box, size = bounds.box.corners, bounds.size
-    turn = twist.scale[:, None] * np.array(projection.turn)
-    parts = [Part(p, twist.form.field, turn) for p in projection.parts]
+    turn = twist.matrix @ np.array(projection.turn)
+    parts = [Part(p, twist.form.field, turn, twist.shift) for p in projection.parts]
     shapes: list[Shape] = [shape_of(part) for part in parts]
     arcs: list[Arc] = []
     solitary: list[Floats] = []
     for part in parts:
-        breaks = breaks_of(part, parts, plane_range(turn, box))
+        breaks = breaks_of(part, parts, plane_range(turn, box - twist.shift))
         found = trace(part, breaks, _CHORD * size, size / 32, deadline)
         if found is None:
             return None
@@ -81,18 +81,13 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     for chain in chains:
         for piece in clip(chain, bounds, np.array(special).reshape(-1, 3)):
             shape = shapes[parts.index(chain.part)]
-            expression = shape.expression and _in_units(shape.expression, twist)
+            expression = shape.expression and twist.expression(shape.expression)
             curves.append(_curve(piece, expression, form, size))
     return Curves(curves, solitary, [shape.equations for shape in shapes], twist)
 
 
 def _apart(point: Floats, others: list[Floats], tolerance: float) -> bool:
     return all(float(np.abs(point - other).max()) > tolerance for other in others)
-
-
-def _in_units(expression: Triple, twist: Twist) -> Triple:
-    x, y, z = (sympy.expand(c * s) for c, s in zip(expression, twist.symbols, strict=True))
-    return x, y, z
 
 
 def _curve(piece: Chain, expression: Triple | None, form: Form, size: float) -> Curve:

@@ -30,7 +30,7 @@ Exponents = tuple[int, int, int, int, int]
 Vector = dict[Exponents, fmpq]
 _UNIT = INTEGRAL.gens()[5]
 
-_LIMITS = (250, 1500, 12000)  # members, terms, bits: beyond them a basis is given up
+_LIMITS = (250, 4000, 40000)  # members, terms, bits: beyond them a basis is given up
 
 
 def lift(form: Form) -> fmpq_mpoly:

@@ -66,7 +66,9 @@ def singularities(
         raise ValueError("a formula that is not zero everywhere was wanted: here every point is singular")
     repeated: tuple[sympy.Expr, ...] = ()
     reduced = polynomial.square_free
-    if reduced.degree < polynomial.degree:
+    if reduced.degree == polynomial.degree:
+        reduced = polynomial  # the same up to a factor, which may have made coefficients large
+    else:
         repeated = tuple(factor.to_sympy() for factor, power in polynomial.factors() if power > 1)
     if max(reduced.degrees) > MAX_DEGREE:
         raise ValueError(f"degree at most {MAX_DEGREE} in each variable was wanted, got degrees {reduced.degrees}")

@@ -1,49 +1,78 @@
-"""Surfaces over Q(sqrt m) that are rational in other units: x = sqrt(m) X for some of the coordinates."""
+"""Coordinates for exact algebra: small coefficients, and over Q(sqrt m) units x = sqrt(m) X that make them rational."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 import sympy
-from flint import arb, fmpq_poly
+from flint import arb, fmpq, fmpq_poly
 from numpy.typing import NDArray
 
 from implicit.singular.form import RATIONALS, Form
+from implicit.singular.placement import Placement, place
+
+Floats = NDArray[np.float64]
+Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 
 @dataclass(frozen=True)
 class Twist:
-    """The surface in coordinates divided by w where `axes` is 1; `form` is over Q where that is possible."""
+    """The surface in coordinates X: (x, y, z) = matrix D X + shift, D with w where `axes` is 1; over Q where possible."""
 
     form: Form
-    original: Form
+    placement: Placement
     axes: tuple[int, int, int]
 
-    @property
-    def scale(self) -> NDArray[np.float64]:
-        """What the new coordinates are multiplied by to give the old ones (3,)."""
-        w = float(arb(self.original.field.root).mid())
-        return np.array([w if axis else 1.0 for axis in self.axes])
+    @cached_property
+    def matrix(self) -> Floats:
+        """What the new coordinates are multiplied by (3, 3)."""
+        w = float(arb(self.placement.form.field.root).mid())
+        return self.placement.floats[0] * np.array([w if axis else 1.0 for axis in self.axes])
 
     @property
-    def symbols(self) -> tuple[sympy.Expr, ...]:
-        """The same as sympy numbers."""
+    def shift(self) -> Floats:
+        """What is added after that (3,)."""
+        return self.placement.floats[1]
+
+    def outside(self, points: Floats) -> Floats:
+        """Points (n, 3) in the old coordinates."""
+        return np.asarray(points @ self.matrix.T + self.shift)
+
+    def expression(self, inside: Triple) -> Triple:
+        """A parametrization in the old coordinates."""
+        scaled = [sympy.expand(c * s) for c, s in zip(inside, self._symbols(), strict=True)]
+        matrix, shift = self.placement.matrix, self.placement.shift
+        x, y, z = (
+            sympy.expand(sum(_symbol(matrix[r, c]) * scaled[c] for c in range(3)) + _symbol(shift[r, 0]))
+            for r in range(3)
+        )
+        return x, y, z
+
+    def _symbols(self) -> tuple[sympy.Expr, ...]:
         if not any(self.axes):
             return (sympy.Integer(1),) * 3
-        square = -self.original.field.modulus[0]
+        field = self.placement.form.field
+        square = -field.modulus[0]
         w = sympy.sqrt(sympy.Rational(int(square.p), int(square.q)))
-        return tuple((w if self.scale[a] > 0 else -w) if axis else sympy.Integer(1) for a, axis in enumerate(self.axes))
+        w = w if float(arb(field.root).mid()) > 0 else -w
+        return tuple(w if axis else sympy.Integer(1) for axis in self.axes)
+
+
+def _symbol(c: fmpq) -> sympy.Rational:
+    return sympy.Rational(int(c.p), int(c.q))
 
 
 def untwist(form: Form) -> Twist:
-    """The form over Q in other units, or as it is."""
+    """The form with small coefficients, over Q in other units where that is possible."""
+    placement = place(form)
     modulus = form.field.modulus
     if form.field.degree == 2 and modulus[1] == 0:
         for axes in product((0, 1), repeat=3):
-            rational = _in_units(form, (axes[0], axes[1], axes[2]))
+            rational = _in_units(placement.form, (axes[0], axes[1], axes[2]))
             if rational is not None:
-                return Twist(rational, form, (axes[0], axes[1], axes[2]))
-    return Twist(form, form, (0, 0, 0))
+                return Twist(rational, placement, (axes[0], axes[1], axes[2]))
+    return Twist(placement.form, placement, (0, 0, 0))
 
 
 def _in_units(form: Form, axes: tuple[int, int, int]) -> Form | None:
