@@ -11,6 +11,7 @@ from implicit.domain import Bounds
 from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
 from implicit.singular.chains import Chain, clip, join
 from implicit.singular.conic import Shape, shape_of
+from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
 from implicit.singular.leaves import Values, count_leaves, turning_points
 from implicit.singular.projection import project
@@ -45,10 +46,9 @@ class Curves:
     shapes: list[tuple[fmpq_mpoly, ...]]
     twist: Twist
 
-    def other_points(self, deadline: Deadline) -> Floats | None:
-        """All real singular points (n, 3) off the curves, if they could be found exactly."""
-        found = real_points(self.twist.form, deadline, self.shapes)
-        return None if found is None else self.twist.outside(found)
+    def other_points(self, deadline: Deadline) -> list[ExactPoint] | None:
+        """All real singular points off the curves, in the coordinates of `twist`, if they could be found exactly."""
+        return real_points(self.twist.form, deadline, self.shapes)
 
 
 def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:

@@ -50,6 +50,16 @@ class ExactPoint:
             x, y, z = (evaluate(c, theta) for c in self.coordinates)
             return x, y, z
 
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """The coordinates to about 16 digits."""
+        bits = 128
+        while True:
+            x, y, z = self.value(bits)
+            if all(c.rad() < 1e-20 * (1 + abs(c)) for c in (x, y, z)):
+                return float(x.mid()), float(y.mid()), float(z.mid())
+            bits *= 2
+
     @cached_property
     def symbols(self) -> tuple[sympy.Expr, sympy.Expr, sympy.Expr]:
         """The coordinates as sympy numbers."""

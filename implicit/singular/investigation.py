@@ -8,10 +8,13 @@ from scipy.spatial import cKDTree
 from implicit.domain import Ball, Bounds
 from implicit.singular.curves import Curves, find_curves
 from implicit.singular.degenerate import LonelyPoint, settle
+from implicit.singular.exact import MAX_DEGREE, ExactPoint
 from implicit.singular.form import Form
+from implicit.singular.germ import Germ
 from implicit.singular.kinds import SingularCurve, SingularLocus, SingularPoint
 from implicit.singular.points import search_nodes
-from implicit.singular.region import Deadline
+from implicit.singular.region import WHOLE, Deadline, Region
+from implicit.singular.twist import Twist
 
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
@@ -54,9 +57,11 @@ class Investigation:
             return boxes
         self._add_curves(curves)
         others = curves.other_points(self.deadline)
-        if others is not None and self._all_found(others) and not self._stray(boxes).any():
-            return boxes[:0]
-        return boxes
+        if others is None:
+            return boxes
+        for point in others:
+            self._add_exact(point, curves.twist)
+        return boxes[:0] if not self._astray(boxes) else boxes
 
     def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
         margin = 1e-12 * self.bounds.size
@@ -85,32 +90,46 @@ class Investigation:
         reach = 2e-6 * self.bounds.size
         return any(_distance(point, c.polyline) < reach for c in self.curves)
 
-    def _all_found(self, others: Floats) -> bool:
-        """Whether the isolated points that algebra predicts are all there; those that are not are searched for."""
-        reach = 1e-6 * self.bounds.size
-        for p in others:
-            if not _within(p, self.bounds, 0.0) or any(np.abs(q.position - p).max() < reach for q in self.points):
-                continue
-            lonely, _ = settle(self.form, np.array([[p - reach, p + reach]]), self.deadline)
-            if not lonely:
-                return False
-            for point in lonely:
-                self._add_lonely(point)
-        return True
+    def _add_exact(self, point: ExactPoint, twist: Twist) -> None:
+        """An isolated point that algebra has found; its type does not depend on coordinates."""
+        position = twist.outside(np.array(point.position))
+        if any(np.abs(q.position - position).max() < 1e-6 * self.bounds.size for q in self.points):
+            return
+        low = point.degree <= MAX_DEGREE
+        germ = Germ(twist.form, point) if low else None
+        exact = twist.expression(point.symbols) if low else None
+        self._add(position, exact, germ and germ.type, germ and germ.milnor)
 
-    def _stray(self, boxes: Floats) -> NDArray[np.bool_]:
-        """Which boxes are far from everything that was found: there should be none, as algebra predicts."""
-        middle, reach = (
-            boxes.mean(axis=1),
-            max(4 * float(np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1).max()), _NEAR * self.bounds.size),
-        )
+    def _astray(self, boxes: Floats) -> bool:
+        """Whether boxes stay open far from everything that was found, after they were searched once more on their own.
+
+        There should be none, as algebra predicts.
+        """
+        reach = _NEAR * self.bounds.size
+        for _ in range(3):
+            boxes = boxes[self._stray(boxes, reach)]
+            if not len(boxes) or self.deadline.passed:
+                break
+            keys = np.unique(np.floor(boxes.mean(axis=1) / reach).astype(np.int64), axis=0, return_inverse=True)[1]
+            left = []
+            for n in range(int(keys.max()) + 1):
+                cluster = boxes[keys.ravel() == n]
+                region = Region(self.form, np.stack([cluster[:, 0].min(axis=0), cluster[:, 1].max(axis=0)]))
+                found, _, rest, late = region.search(WHOLE, 18, self.deadline)
+                left.append(region.corners(np.concatenate([found, rest, late])))
+            boxes = np.concatenate(left)
+        return bool(len(boxes))
+
+    def _stray(self, boxes: Floats, reach: float) -> NDArray[np.bool_]:
+        """Which boxes are far from everything that was found, or wide."""
+        middle = boxes.mean(axis=1)
         stray = np.ones(len(boxes), bool)
         for c in self.curves:
             line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
             stray &= cKDTree(_densified(line, reach / 2)).query(middle)[0] > reach
         for p in self.points:
             stray &= np.linalg.norm(middle - p.position, axis=1) > 2 * reach
-        return stray
+        return stray | (np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1) > reach)
 
 
 def _within(point: Floats, bounds: Bounds, margin: float) -> bool:

@@ -88,13 +88,14 @@ def _numeric(surface: Surface, bounds: Bounds | float | None) -> SingularLocus:
 
 def _everywhere(form: Form, deadline: Deadline) -> SingularLocus:
     """All of affine space: the points by elimination, then a search around them for proofs and types."""
-    points = real_points(form, deadline)
-    if points is None:
+    found = real_points(form, deadline)
+    if found is None:
         raise ValueError(
             "bounds were wanted: without them there must be finitely many singular points, and few enough to eliminate"
         )
-    if not len(points):
+    if not found:
         return SingularLocus((), (), np.zeros((0, 2, 3)), True)
+    points = np.array([point.position for point in found])
     margin = 1 + 0.1 * np.ptp(points, axis=0)
     box = Box(points.min(axis=0) - margin, points.max(axis=0) + margin)
     return Investigation(form, box, deadline).locus()

@@ -3,24 +3,21 @@
 from collections.abc import Sequence
 from math import prod
 
-import numpy as np
-from flint import fmpq_mpoly
-from numpy.typing import NDArray
+from flint import fmpq_mpoly, fmpq_poly
 
 from implicit.singular.arcs import real_roots
+from implicit.singular.exact import ExactPoint, isolate
 from implicit.singular.form import Form, evaluate, precision
 from implicit.singular.ideal import RATIONAL, Ideal, coordinates, radical_of, singular_equations
 from implicit.singular.region import Deadline
-
-Floats = NDArray[np.float64]
 
 _FORMS = ((3, 5, 7, 11, 0), (5, -3, 11, 7, 0), (0, 1, 0, 0, 0), (13, 4, -9, 5, 0))
 _BITS = 320
 _TRIES = 24
 
 
-def real_points(form: Form, deadline: Deadline, curves: Sequence[Sequence[fmpq_mpoly]] = ()) -> Floats | None:
-    """All real singular points (n, 3) off some curves, each given by two equations; None where not found out."""
+def real_points(form: Form, deadline: Deadline, curves: Sequence[Sequence[fmpq_mpoly]] = ()) -> list[ExactPoint] | None:
+    """All real singular points off some curves, each given by two equations; None where not found out."""
     equations = singular_equations(form)
     whole = Ideal.of(equations)
     starts = [equations] if whole is None or not curves else [whole.members[:-1], equations]  # without v = 0
@@ -40,7 +37,7 @@ class _Attempts:
 
     def off(
         self, equations: list[fmpq_mpoly], apart: list[fmpq_mpoly], curves: Sequence[Sequence[fmpq_mpoly]]
-    ) -> Floats | None:
+    ) -> list[ExactPoint] | None:
         """The points where none of `apart` is 0 and that lie on none of the curves; that p != 0 is written 1 = v p.
 
         A point off the curve a = b = 0 has b != 0, or b = 0 and a != 0.
@@ -52,7 +49,7 @@ class _Attempts:
         if apart:
             known = Ideal.of(system)
             if known is not None and known.is_everything:
-                return np.zeros((0, 3))
+                return []
         first, second = curves[0]
         for a, b in ((first, second), (second, first)):
             if self.left < 0 or self.deadline.passed:
@@ -63,16 +60,16 @@ class _Attempts:
             for more in ([b], []):
                 two = self.off([*equations, *more], [*apart, a], curves[1:])
                 if two is not None:
-                    return np.concatenate([one, two])
+                    return [*one, *two]
         return None
 
 
-def _solve(form: Form, equations: list[fmpq_mpoly]) -> Floats | None:
+def _solve(form: Form, equations: list[fmpq_mpoly]) -> list[ExactPoint] | None:
     ideal = Ideal.of(equations)
     if ideal is None:
         return None
     if ideal.is_everything:
-        return np.zeros((0, 3))
+        return []
     if not ideal.is_finite or len(ideal.standard) > 120:
         return None
     radical = radical_of(equations)
@@ -81,9 +78,22 @@ def _solve(form: Form, equations: list[fmpq_mpoly]) -> Floats | None:
     for linear in _FORMS:
         solved = coordinates(radical, linear)
         if solved is not None:
-            minimal, (x, y, z, w) = solved
-            with precision(_BITS):
-                root = form.field.root
-                thetas = [t for t in real_roots(minimal) if abs(evaluate(w, t) - root).upper() < 1e-9]
-                return np.array([[float(evaluate(c, t).mid()) for c in (x, y, z)] for t in thetas]).reshape(-1, 3)
+            return _real(form, *solved)
     return None
+
+
+def _real(form: Form, minimal: fmpq_poly, coordinates: list[fmpq_poly]) -> list[ExactPoint] | None:
+    """The real points among those over the roots of a polynomial, where w has its own value."""
+    found = []
+    for factor, _ in minimal.numer().factor()[1]:
+        modulus = fmpq_poly(factor) / factor[factor.degree()]
+        x, y, z, w = (c % modulus for c in coordinates)
+        for theta in real_roots(modulus):
+            with precision(_BITS):
+                if not abs(evaluate(w, theta) - form.field.root).upper() < 1e-9:
+                    continue
+            near = isolate(modulus, theta)
+            if near is None:
+                return None
+            found.append(ExactPoint(modulus, near, (x, y, z), w))
+    return found
