@@ -1,32 +1,23 @@
 """Lines and conics among the singular curves: their equations and an exact parametrization."""
 
-from dataclasses import dataclass
-
 import sympy
 from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpq_poly
 
 from implicit.singular.arcs import Part, rows
 from implicit.singular.ideal import RATIONAL
+from implicit.singular.intersection import Shape, intersection
 
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 t = sympy.Symbol("t", real=True)
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A curve: equations in x, y, z that cut it out, and a parametrization in t where it is a line or a conic."""
-
-    equations: tuple[fmpq_mpoly, ...]
-    expression: Triple | None
-
-
 def shape_of(part: Part) -> Shape:
     """What kind of curve a part is; exact."""
     degree = part.polynomial.total_degree()
     shape = _line(part) if degree == 1 else _plane_curve(part)
-    if shape is None and degree == 4:
-        shape = _two_quadrics(part)
+    if shape is None:
+        shape = intersection(part, degree)
     if shape is None:
         p = part.projection
         graph = p.forms()[2] * p.in_space(p.plane.derivative(1)) - p.in_space(p.height)
@@ -107,32 +98,6 @@ def _parametrize(section: fmpq_mpoly, height: fmpq_mpoly, lead: int) -> Triple |
 
 def _coefficient(p: fmpq_mpoly, axis: int) -> fmpq:
     return p[tuple(int(n == axis) for n in range(6))]
-
-
-def _two_quadrics(part: Part) -> Shape | None:
-    """A curve of degree 4 that is all of the intersection of two quadrics: both of degree 4, and one in the other."""
-    p = part.projection
-    x, y = p.plane.context().gens()
-    slope, height = p.plane.derivative(1), p.height
-    powers = [(i, j, k) for i in range(3) for j in range(3 - i) for k in range(3 - i - j)]
-    columns = [divmod(x**i * y**j * height**k * slope ** (2 - k), p.plane)[1].to_dict() for i, j, k in powers]
-    keys = sorted({m for column in columns for m in column})
-    reduced, rank = fmpq_mat([[column.get(m, fmpq(0)) for column in columns] for m in keys]).rref()
-    free = [c for c in range(10) if all(_leading(reduced, r) != c for r in range(rank))]
-    if len(free) != 2:
-        return None
-    forms = p.forms()
-    monomials = [forms[0] ** i * forms[1] ** j * forms[2] ** k for i, j, k in powers]
-    quadrics = []
-    for c in free:
-        weights = {_leading(reduced, r): -reduced[r, c] for r in range(rank)} | {c: fmpq(1)}
-        quadrics.append(sum((monomials[n] * weight for n, weight in weights.items()), start=forms[0] * 0))
-    common = quadrics[0].gcd(quadrics[1])
-    return Shape((quadrics[0], quadrics[1]), None) if common.total_degree() <= 0 else None
-
-
-def _leading(matrix: fmpq_mat, row: int) -> int:
-    return next(c for c in range(matrix.ncols()) if matrix[row, c] != 0)
 
 
 def _plane(part: Part) -> tuple[fmpq, fmpq, fmpq] | None:

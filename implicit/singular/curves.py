@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from implicit.domain import Bounds
 from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
 from implicit.singular.chains import Chain, clip, join
-from implicit.singular.conic import Shape, shape_of
+from implicit.singular.conic import shape_of
+from implicit.singular.intersection import Shape, containing
 from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
 from implicit.singular.leaves import Values, count_leaves, turning_points
@@ -39,16 +40,22 @@ class Curve:
 
 @dataclass(frozen=True)
 class Curves:
-    """All singular curves in the bounds, lone real points of complex ones, and equations of all complex ones."""
+    """All singular curves in the bounds, lone real points of complex ones, and equations of all complex ones.
+
+    `whole` is all complex ones together.
+    """
 
     curves: list[Curve]
     solitary: list[Floats]
     shapes: list[tuple[fmpq_mpoly, ...]]
+    whole: Part
     twist: Twist
 
     def other_points(self, deadline: Deadline) -> list[ExactPoint] | None:
         """All real singular points off the curves, in the coordinates of `twist`, if they could be found exactly."""
-        return real_points(self.twist.form, deadline, self.shapes)
+        degree = self.whole.polynomial.total_degree()
+        around = next(filter(None, (containing(self.whole, n) for n in range(1, degree + 1))), [])
+        return real_points(self.twist.form, deadline, self.shapes, around)
 
 
 def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:
@@ -60,6 +67,7 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     box, size = bounds.box.corners, bounds.size
     turn = twist.matrix @ np.array(projection.turn)
     parts = [Part(p, twist.form.field, turn, twist.shift) for p in projection.parts]
+    whole = Part(projection, twist.form.field, turn, twist.shift)
     shapes: list[Shape] = [shape_of(part) for part in parts]
     arcs: list[Arc] = []
     solitary: list[Floats] = []
@@ -83,7 +91,7 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
             shape = shapes[parts.index(chain.part)]
             expression = shape.expression and twist.expression(shape.expression)
             curves.append(_curve(piece, expression, form, size))
-    return Curves(curves, solitary, [shape.equations for shape in shapes], twist)
+    return Curves(curves, solitary, [shape.equations for shape in shapes], whole, twist)
 
 
 def _apart(point: Floats, others: list[Floats], tolerance: float) -> bool:

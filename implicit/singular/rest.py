@@ -16,17 +16,52 @@ _BITS = 320
 _TRIES = 24
 
 
-def real_points(form: Form, deadline: Deadline, curves: Sequence[Sequence[fmpq_mpoly]] = ()) -> list[ExactPoint] | None:
-    """All real singular points off some curves, each given by two equations; None where not found out."""
+def real_points(
+    form: Form,
+    deadline: Deadline,
+    curves: Sequence[Sequence[fmpq_mpoly]] = (),
+    around: Sequence[fmpq_mpoly] = (),
+) -> list[ExactPoint] | None:
+    """All real singular points off some curves, each given by two equations; None where not found out.
+
+    `around` are polynomials that vanish on all the curves: first come the points where one of them does not.
+    """
     equations = singular_equations(form)
+    found: list[ExactPoint] = []
+    if around:
+        off = _off_all(form, equations, around, deadline)
+        if off is not None:
+            found, equations = off, [*equations, *around]
     whole = Ideal.of(equations)
     starts = [equations] if whole is None or not curves else [whole.members[:-1], equations]  # without v = 0
     attempts = _Attempts(form, deadline)
     for start in starts:
-        found = attempts.off(start, [], curves)
-        if found is not None:
-            return found
+        more = attempts.off(start, [], curves)
+        if more is not None:
+            return [*found, *more]
     return None
+
+
+def _off_all(
+    form: Form, equations: list[fmpq_mpoly], around: Sequence[fmpq_mpoly], deadline: Deadline
+) -> list[ExactPoint] | None:
+    """The points where some polynomial is not 0, by the first that is not: in the order that can be solved."""
+    basis = Ideal.of(around)
+    if basis is None:
+        return None
+    left = sorted(basis.members[:-1], key=lambda g: (g.total_degree(), len(g.to_dict())))
+    found: list[ExactPoint] = []
+    zero: list[fmpq_mpoly] = []
+    while left:
+        for g in left:
+            more = None if deadline.passed else _solve(form, [*equations, *zero, RATIONAL.gens()[4] * g - 1])
+            if more is not None:
+                found, zero = [*found, *more], [*zero, g]
+                left.remove(g)
+                break
+        else:
+            return None
+    return found
 
 
 class _Attempts:
