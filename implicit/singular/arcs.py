@@ -18,7 +18,8 @@ Floats = NDArray[np.float64]
 
 _BITS = 320
 _TINY = fmpq(1, 1 << 100)  # how near to a critical value arcs are followed, of the length of their interval
-_FIRST, _MOST = 8, 512  # intervals between Chebyshev nodes
+_FIRST, _MOST, _HALVINGS = 8, 128, 10  # intervals between Chebyshev nodes, and how often those are halved
+_SHARP = 1e-5  # of the tolerance of chords: the error of vertices that is aimed at
 
 
 def rows(p: fmpq_mpoly) -> list[fmpq_poly]:
@@ -148,38 +149,53 @@ def _sample(part: Part, start: fmpq, end: fmpq, s: float) -> dict[int, Floats]:
 def trace(part: Part, breaks: Sequence[fmpq], tolerance: float, longest: float, deadline: Deadline) -> list[Arc] | None:
     """The arcs between neighbouring breaks, with chords within the tolerance and not longer than `longest`, or None.
 
-    Points are exact at Chebyshev nodes, doubled until interpolation predicts the next ones to a tenth of the tolerance.
+    Points are exact at Chebyshev nodes, doubled until interpolation predicts the next ones far better than the
+    tolerance; where many of them are not enough the interval is halved.
     """
     arcs = []
-    for low, high in pairwise(breaks):
+    todo = [(low, high, 0) for low, high in pairwise(breaks)]
+    while todo:
+        low, high, halvings = todo.pop()
         gap = (high - low) * _TINY
         start, end = low + gap, high - gap
-        samples: dict[float, dict[int, Floats]] = {}
-        names: set[int] = set()
-        error, count = np.inf, _FIRST
-        while error > tolerance / 10 and count <= _MOST:
-            nodes = (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
-            old = sorted(samples)
-            for s in nodes:
-                if deadline.passed:
-                    return None
-                if s not in samples:
-                    samples[float(s)] = _sample(part, start, end, float(s))
-            names = set(samples[float(nodes[count // 2])])
-            if any(set(points) != names or not _finite(points) for points in samples.values()):
+        samples = _samples(part, start, end, tolerance, deadline)
+        if samples is None:
+            if deadline.passed or halvings == _HALVINGS:
                 return None
-            if not names:
-                break
-            if old:
-                fresh = nodes[1::2]
-                error = max(_misfit(old, fresh, samples, n) for n in names)
-            count *= 2
-        for n in sorted(names):
-            nodes = np.array(sorted(samples))
+            middle = (low + high) / 2
+            todo += [(low, middle, halvings + 1), (middle, high, halvings + 1)]
+            continue
+        nodes = np.array(sorted(samples))
+        for n in sorted(samples[0.0]):
             values = np.array([samples[s][n] for s in nodes])
             parameters, points = _resample(nodes, values, tolerance, longest)
             arcs.append(Arc(part, n, start, end, parameters, points))
     return arcs
+
+
+def _samples(
+    part: Part, start: fmpq, end: fmpq, tolerance: float, deadline: Deadline
+) -> dict[float, dict[int, Floats]] | None:
+    """Exact points at Chebyshev nodes from which the arcs can be interpolated; None where these are not enough."""
+    samples: dict[float, dict[int, Floats]] = {}
+    count = _FIRST
+    while count <= _MOST:
+        nodes = (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
+        old = sorted(samples)
+        for s in nodes:
+            if deadline.passed:
+                return None
+            if s not in samples:
+                samples[float(s)] = _sample(part, start, end, float(s))
+        names = set(samples[0.0])
+        if any(set(points) != names or not _finite(points) for points in samples.values()):
+            return None
+        if not names:
+            return samples
+        if old and max(_misfit(old, nodes[1::2], samples, n) for n in names) < _SHARP * tolerance:
+            return samples
+        count *= 2
+    return None
 
 
 def _finite(points: dict[int, Floats]) -> bool:

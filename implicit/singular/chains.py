@@ -48,7 +48,7 @@ def join(arcs: Sequence[Arc], tolerance: float) -> tuple[list[Chain], Floats]:
         partner.update(mates)
         for n in group:
             corner[ends[n]] = center
-        if len(group) > 2 or any(a[1] != b[1] and _sharp(arcs, a, b) for a, b in mates.items()):
+        if len(group) > 2 or any(_sharp(arcs, a, b, center) for a, b in mates.items()):
             special.append(center)
     chains = _walk(arcs, partner, corner)
     return chains, np.array(special).reshape(-1, 3)
@@ -77,9 +77,18 @@ def _match(group: list[End], arcs: Sequence[Arc]) -> dict[End, End]:
     return pairs
 
 
-def _sharp(arcs: Sequence[Arc], a: End, b: End) -> bool:
-    """Whether two arcs leave the point where they meet in one direction, as in a cusp."""
-    return float(_direction(arcs, a) @ _direction(arcs, b)) > 0.5
+def _sharp(arcs: Sequence[Arc], a: End, b: End, corner: Floats) -> bool:
+    """Whether two arcs leave the point where they meet in one direction, the more so the nearer: a cusp, not a bend."""
+    if _direction(arcs, a) @ _direction(arcs, b) < 0:
+        return False
+    turns = []
+    for s in (0.03, 0.003):
+        here, there = (arcs[n].at(s if end == 0 else 1 - s) for n, end in (a, b))
+        if here is None or there is None:
+            return False
+        u, v = here - corner, there - corner
+        turns.append(float(u @ v) / max(float(np.linalg.norm(u) * np.linalg.norm(v)), 1e-300))
+    return turns[1] > 0.9 and turns[1] > turns[0] - 1e-6
 
 
 def _walk(arcs: Sequence[Arc], partner: dict[End, End], corner: dict[End, Floats]) -> list[Chain]:
@@ -154,3 +163,11 @@ def _inside(a: Floats, b: Floats, bounds: Bounds) -> tuple[float, float] | None:
         low, high = float(t[0][~still].max(initial=-np.inf)), float(t[1][~still].min(initial=np.inf))
     low, high = max(low, 0.0), min(high, 1.0)
     return (float(low), float(high)) if low < high else None
+
+
+def within(points: Floats, bounds: Bounds, margin: float) -> NDArray[np.bool_]:
+    """Which points (n, 3) are in the bounds or at most `margin` outside."""
+    if isinstance(bounds, Ball):
+        return np.asarray(np.linalg.norm(points - bounds.center, axis=1) <= bounds.radius + margin)
+    low, high = bounds.corners
+    return np.asarray(np.all((points >= low - margin) & (points <= high + margin), axis=1))

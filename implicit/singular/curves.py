@@ -6,10 +6,11 @@ import numpy as np
 import sympy
 from flint import fmpq_mpoly
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from implicit.domain import Bounds
 from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
-from implicit.singular.chains import Chain, clip, join
+from implicit.singular.chains import Chain, clip, join, within
 from implicit.singular.conic import shape_of
 from implicit.singular.intersection import Shape, containing
 from implicit.singular.exact import ExactPoint
@@ -42,10 +43,11 @@ class Curve:
 class Curves:
     """All singular curves in the bounds, lone real points of complex ones, and equations of all complex ones.
 
-    `whole` is all complex ones together.
+    `lines` are the real curves beyond the bounds too, `whole` is all complex ones together.
     """
 
     curves: list[Curve]
+    lines: list[Floats]
     solitary: list[Floats]
     shapes: list[tuple[fmpq_mpoly, ...]]
     whole: Part
@@ -91,7 +93,28 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
             shape = shapes[parts.index(chain.part)]
             expression = shape.expression and twist.expression(shape.expression)
             curves.append(_curve(piece, expression, form, size))
-    return Curves(curves, solitary, [shape.equations for shape in shapes], whole, twist)
+    solitary += _touching(chains, curves, bounds)
+    lines = [_cycle(chain.polyline, chain.closed) for chain in chains]
+    return Curves(curves, lines, solitary, [shape.equations for shape in shapes], whole, twist)
+
+
+def _cycle(line: Floats, closed: bool) -> Floats:
+    return np.concatenate([line, line[:1]]) if closed else line
+
+
+def _touching(chains: list[Chain], curves: list[Curve], bounds: Bounds) -> list[Floats]:
+    """Special points of curves that have nothing else in the bounds near them: they touch the boundary from outside."""
+    tolerance = _JOIN * bounds.size
+    inside = [chain.polyline[within(chain.polyline, bounds, 1e-12 * bounds.size)] for chain in chains]
+    points = np.concatenate([np.zeros((0, 3)), *inside])
+    if curves and len(points):
+        known = cKDTree(np.concatenate([c.polyline for c in curves]))
+        points = points[known.query(points)[0] > tolerance]
+    out: list[Floats] = []
+    for p in points:
+        if _apart(p, out, tolerance):
+            out.append(p)
+    return out
 
 
 def _apart(point: Floats, others: list[Floats], tolerance: float) -> bool:

@@ -5,7 +5,8 @@ import sympy
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.domain import Ball, Bounds
+from implicit.domain import Bounds
+from implicit.singular.chains import within
 from implicit.singular.curves import Curves, find_curves
 from implicit.singular.degenerate import LonelyPoint, settle
 from implicit.singular.exact import MAX_DEGREE, ExactPoint
@@ -61,13 +62,13 @@ class Investigation:
             return boxes
         for point in others:
             self._add_exact(point, curves.twist)
-        return boxes[:0] if not self._astray(boxes) else boxes
+        return boxes[:0] if not self._astray(boxes, curves.lines) else boxes
 
     def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
         margin = 1e-12 * self.bounds.size
-        if not _within(position, self.bounds, margin):
+        if not within(position[None], self.bounds, margin)[0]:
             return
-        position = np.where(np.abs(position) < 1e-30, 0.0, position)
+        position = np.where(np.abs(position) < 1e-20 * self.bounds.size, 0.0, position)
         position.flags.writeable = False
         if not any(np.abs(p.position - position).max() < margin for p in self.points):
             self.points.append(SingularPoint(position, exact, kind, milnor))
@@ -100,14 +101,14 @@ class Investigation:
         exact = twist.expression(point.symbols) if low else None
         self._add(position, exact, germ and germ.type, germ and germ.milnor)
 
-    def _astray(self, boxes: Floats) -> bool:
+    def _astray(self, boxes: Floats, lines: list[Floats]) -> bool:
         """Whether boxes stay open far from everything that was found, after they were searched once more on their own.
 
         There should be none, as algebra predicts.
         """
         reach = _NEAR * self.bounds.size
         for _ in range(3):
-            boxes = boxes[self._stray(boxes, reach)]
+            boxes = boxes[self._stray(boxes, lines, reach)]
             if not len(boxes) or self.deadline.passed:
                 break
             keys = np.unique(np.floor(boxes.mean(axis=1) / reach).astype(np.int64), axis=0, return_inverse=True)[1]
@@ -120,22 +121,15 @@ class Investigation:
             boxes = np.concatenate(left)
         return bool(len(boxes))
 
-    def _stray(self, boxes: Floats, reach: float) -> NDArray[np.bool_]:
+    def _stray(self, boxes: Floats, lines: list[Floats], reach: float) -> NDArray[np.bool_]:
         """Which boxes are far from everything that was found, or wide."""
         middle = boxes.mean(axis=1)
         stray = np.ones(len(boxes), bool)
-        for c in self.curves:
-            line = np.concatenate([c.polyline, c.polyline[:1]]) if c.closed else c.polyline
+        for line in lines:
             stray &= cKDTree(_densified(line, reach / 2)).query(middle)[0] > reach
         for p in self.points:
             stray &= np.linalg.norm(middle - p.position, axis=1) > 2 * reach
         return stray | (np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1) > reach)
-
-
-def _within(point: Floats, bounds: Bounds, margin: float) -> bool:
-    if isinstance(bounds, Ball):
-        return bool(np.linalg.norm(point - bounds.center) <= bounds.radius + margin)
-    return bool(np.all((point >= bounds.corners[0] - margin) & (point <= bounds.corners[1] + margin)))
 
 
 def _distance(point: Floats, line: Floats) -> float:

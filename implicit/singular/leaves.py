@@ -34,6 +34,13 @@ class Values:
         error = 1e-14 * sum(_evaluate((e, np.abs(c)), np.abs(points)) for e, c in self.seconds)
         return minors, 100 * error * (size + error)
 
+    def noisy_bend(self, points: Floats, size: float) -> tuple[Floats, Floats]:
+        """The same, and errors that include those of the points themselves."""
+        minors, noise = self.bend(points)
+        step = 1e-6 * size
+        moved = [np.abs(self.bend(points + step * unit)[0] - minors) for unit in np.eye(3)]
+        return minors, noise + sum(moved) * 2e-11 * size / step
+
 
 def _table(form: Form) -> tuple[NDArray[np.int64], Floats]:
     terms = {m: float(c.mid()) for m, c in form.coefficients().items()}
@@ -52,7 +59,7 @@ def _evaluate(table: tuple[NDArray[np.int64], Floats], points: Floats) -> Floats
 
 def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int, Floats]]:
     """Where the sum of minors vanishes along a chain: (vertex before it, point), on the exact curve."""
-    bend, noise = values.bend(chain.polyline)
+    bend, noise = values.noisy_bend(chain.polyline, float((box[1] - box[0]).max()))
     if np.all(np.abs(bend) <= 1e3 * noise):
         return []
     near = np.all((chain.polyline >= box[0]) & (chain.polyline <= box[1]), axis=1)
