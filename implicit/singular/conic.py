@@ -8,6 +8,7 @@ from implicit.singular.ideal import RATIONAL
 from implicit.singular.intersection import Shape, intersection
 
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
+Pair = tuple[sympy.Expr, sympy.Expr]
 
 t = sympy.Symbol("t", real=True)
 
@@ -21,7 +22,7 @@ def shape_of(part: Part) -> Shape:
     if shape is None:
         p = part.projection
         graph = p.forms()[2] * p.in_space(p.plane.derivative(1)) - p.in_space(p.height)
-        return Shape((p.in_space(p.plane), graph), None)
+        return Shape((p.in_space(p.plane), graph))
     return shape
 
 
@@ -46,7 +47,7 @@ def _line(part: Part) -> Shape | None:
     gens = RATIONAL.gens()
     equations = tuple((gens[a] - p[a]) - (gens[lead] - p[lead]) * d[a] for a in range(3) if a != lead)
     x, y, z = (_rational(a) + t * _rational(c) for a, c in zip(p, d, strict=True))
-    return Shape(equations, (x, y, z))
+    return Shape(equations, ((x, y, z),))
 
 
 def _over(part: Part, at: fmpq) -> list[fmpq] | None:
@@ -79,21 +80,21 @@ def _plane_curve(part: Part) -> Shape | None:
     gens[lead] = gens[lead] - flat / _coefficient(flat, lead)
     section = part.projection.in_space(part.polynomial).compose(*gens, ctx=RATIONAL)
     if part.polynomial.total_degree() > 2:
-        return Shape((flat, section), None)
+        return Shape((flat, section))
     return Shape((flat, section), _parametrize(section, gens[lead], lead))
 
 
-def _parametrize(section: fmpq_mpoly, height: fmpq_mpoly, lead: int) -> Triple | None:
+def _parametrize(section: fmpq_mpoly, height: fmpq_mpoly, lead: int) -> tuple[Triple, ...]:
     """A conic in the two coordinates besides `lead`, which is `height` as a function of them."""
     first, second = (n for n in range(3) if n != lead)
-    solved = _conic_in_plane(section, first, second)
-    if solved is None:
-        return None
-    out: list[sympy.Expr] = [sympy.Integer(0)] * 3
-    out[first], out[second] = solved
-    slopes = [(_rational(_coefficient(height, n)), out[n]) for n in (first, second)]
-    out[lead] = sympy.expand(_rational(height[(0,) * 6]) + sum(m * v for m, v in slopes))
-    return out[0], out[1], out[2]
+    found = []
+    for pair in _conic_in_plane(section, first, second):
+        out: list[sympy.Expr] = [sympy.Integer(0)] * 3
+        out[first], out[second] = pair
+        slopes = [(_rational(_coefficient(height, n)), out[n]) for n in (first, second)]
+        out[lead] = sympy.expand(_rational(height[(0,) * 6]) + sum(m * v for m, v in slopes))
+        found.append((out[0], out[1], out[2]))
+    return tuple(found)
 
 
 def _coefficient(p: fmpq_mpoly, axis: int) -> fmpq:
@@ -115,37 +116,42 @@ def _plane(part: Part) -> tuple[fmpq, fmpq, fmpq] | None:
     return reduced[0, 3], reduced[1, 3], reduced[2, 3]
 
 
-def _conic_in_plane(section: fmpq_mpoly, first: int, second: int) -> tuple[sympy.Expr, sympy.Expr] | None:
-    """Completed squares: C (v - v0 + B (u - u0) / 2C)^2 + (A - B^2 / 4C) (u - u0)^2 = F."""
+def _conic_in_plane(section: fmpq_mpoly, first: int, second: int) -> list[Pair]:
+    """Completed squares: C (v - v0 + B (u - u0) / 2C)^2 + (A - B^2 / 4C) (u - u0)^2 = F; two lines for F = 0."""
     powers = ((2, 0), (1, 1), (0, 2), (1, 0), (0, 1), (0, 0))
     keys = [tuple(i if n == first else j if n == second else 0 for n in range(6)) for i, j in powers]
     a, b, c, d, e, f = (_rational(section[key]) for key in keys)
     if c == 0 and a == 0:
-        return None
+        return []
     if c == 0:
-        swapped = _conic_in_plane(section, second, first)
-        return swapped and (swapped[1], swapped[0])
+        return [(v, u) for u, v in _conic_in_plane(section, second, first)]
     rest = a - b**2 / (4 * c)
     if rest == 0:
         return _parabola(a, b, c, d, e, f)
     u0, v0 = sympy.Matrix([[2 * a, b], [b, 2 * c]]).LUsolve(sympy.Matrix([-d, -e]))
     level = -(f + (d * u0 + e * v0) / 2)
     p, q = level / rest, level / c
+    if level == 0 and rest / c < 0:
+        return [(u0 + t, sympy.expand(v0 + (sign * sympy.sqrt(-rest / c) - b / (2 * c)) * t)) for sign in (1, -1)]
     if p <= 0 and q <= 0:
-        return None
+        return []
     if p > 0 and q > 0:
         u, v = sympy.sqrt(p) * sympy.cos(t), sympy.sqrt(q) * sympy.sin(t)
     elif p > 0:
         u, v = sympy.sqrt(p) / sympy.cos(t), sympy.sqrt(-q) * sympy.tan(t)
     else:
         u, v = sympy.sqrt(-p) * sympy.tan(t), sympy.sqrt(q) / sympy.cos(t)
-    return u0 + u, sympy.expand(v0 + v - b / (2 * c) * u)
+    return [(u0 + u, sympy.expand(v0 + v - b / (2 * c) * u))]
 
 
 def _parabola(
     a: sympy.Rational, b: sympy.Rational, c: sympy.Rational, d: sympy.Rational, e: sympy.Rational, f: sympy.Rational
-) -> tuple[sympy.Expr, sympy.Expr]:
-    """C (Y + B X / 2C)^2 + D X + E Y + F = 0 by t = Y + B X / 2C."""
+) -> list[Pair]:
+    """C (Y + B X / 2C)^2 + D X + E Y + F = 0 by t = Y + B X / 2C; where that holds no X besides, two parallel lines."""
     slope = b / (2 * c)
+    if d == e * slope:
+        inside = e**2 - 4 * c * f
+        signs = (1, -1) if inside > 0 else ()
+        return [(t, (-e + sign * sympy.sqrt(inside)) / (2 * c) - slope * t) for sign in signs]
     x = -(c * t**2 + e * t + f) / (d - e * slope)
-    return x, t - slope * x
+    return [(x, t - slope * x)]

@@ -11,11 +11,11 @@ from scipy.spatial import cKDTree
 from implicit.domain import Bounds
 from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
 from implicit.singular.chains import Chain, clip, join, within
-from implicit.singular.conic import shape_of
-from implicit.singular.intersection import Shape, containing
+from implicit.singular.conic import shape_of, t
 from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
-from implicit.singular.leaves import Values, count_leaves, turning_points
+from implicit.singular.intersection import Shape, containing
+from implicit.singular.leaves import Values, count_leaves, leaf_changes, turning_points
 from implicit.singular.projection import project
 from implicit.singular.region import Deadline
 from implicit.singular.rest import real_points
@@ -85,13 +85,16 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     special = [*crossings]
     for chain in chains:
         turning = [(n, p) for n, p in turning_points(chain, values, box) if _apart(p, special, _JOIN * size)]
+        marks = [n for n, p in enumerate(chain.polyline) if not _apart(p, special, _JOIN * size)]
+        changes = leaf_changes(chain, [*marks, *(n for n, _ in turning)], form, box)
+        turning += [(n, p) for n, p in changes if _apart(p, [*special, *(q for _, q in turning)], 1e-5 * size)]
         chain.insert(turning)
         special.extend(p for _, p in turning)
     curves = []
     for chain in chains:
         for piece in clip(chain, bounds, np.array(special).reshape(-1, 3)):
             shape = shapes[parts.index(chain.part)]
-            expression = shape.expression and twist.expression(shape.expression)
+            expression = _nearest([twist.expression(e) for e in shape.expressions], piece.polyline)
             curves.append(_curve(piece, expression, form, size))
     solitary += _touching(chains, curves, bounds)
     lines = [_cycle(chain.polyline, chain.closed) for chain in chains]
@@ -119,6 +122,19 @@ def _touching(chains: list[Chain], curves: list[Curve], bounds: Bounds) -> list[
 
 def _apart(point: Floats, others: list[Floats], tolerance: float) -> bool:
     return all(float(np.abs(point - other).max()) > tolerance for other in others)
+
+
+def _nearest(expressions: list[Triple], line: Floats) -> Triple | None:
+    """Which of several straight lines a polyline lies on."""
+    if len(expressions) < 2:
+        return expressions[0] if expressions else None
+
+    def distance(expression: Triple) -> float:
+        start, end = (np.array([float(sympy.sympify(c).subs(t, at)) for c in expression]) for at in (0, 1))
+        away, along = line - start, (end - start) / np.linalg.norm(end - start)
+        return float(np.linalg.norm(away - (away @ along)[:, None] * along))
+
+    return min(expressions, key=distance)
 
 
 def _curve(piece: Chain, expression: Triple | None, form: Form, size: float) -> Curve:

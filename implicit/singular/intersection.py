@@ -12,10 +12,10 @@ Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 @dataclass(frozen=True)
 class Shape:
-    """A curve: equations in x, y, z that cut it out, and a parametrization in t where it is a line or a conic."""
+    """A curve: equations in x, y, z that cut it out, and parametrizations in t of the lines or the conic that it is."""
 
     equations: tuple[fmpq_mpoly, ...]
-    expression: Triple | None
+    expressions: tuple[Triple, ...] = ()
 
 
 def intersection(part: Part, degree: int) -> Shape | None:
@@ -31,7 +31,7 @@ def intersection(part: Part, degree: int) -> Shape | None:
             continue
         second = next((q for q in found if first.gcd(q).total_degree() <= 0), None)
         if second is not None:
-            return Shape((first, second), None)
+            return Shape((first, second))
     return None
 
 

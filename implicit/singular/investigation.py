@@ -60,8 +60,8 @@ class Investigation:
         others = curves.other_points(self.deadline)
         if others is None:
             return boxes
-        for point in others:
-            self._add_exact(point, curves.twist)
+        for other in others:
+            self._add_exact(other, curves.twist)
         return boxes[:0] if not self._astray(boxes, curves.lines) else boxes
 
     def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
@@ -96,10 +96,11 @@ class Investigation:
         position = twist.outside(np.array(point.position))
         if any(np.abs(q.position - position).max() < 1e-6 * self.bounds.size for q in self.points):
             return
-        low = point.degree <= MAX_DEGREE
-        germ = Germ(twist.form, point) if low else None
-        exact = twist.expression(point.symbols) if low else None
-        self._add(position, exact, germ and germ.type, germ and germ.milnor)
+        if point.degree > MAX_DEGREE:
+            self._add(position, None, None, None)
+            return
+        germ = Germ(twist.form, point)
+        self._add(position, twist.expression(point.symbols), germ.type, germ.milnor)
 
     def _astray(self, boxes: Floats, lines: list[Floats]) -> bool:
         """Whether boxes stay open far from everything that was found, after they were searched once more on their own.

@@ -1,5 +1,6 @@
 """What the real surface looks like along a singular curve: how many leaves end on it, and where that changes."""
 
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,8 @@ from implicit.singular.form import Form
 
 Floats = NDArray[np.float64]
 
+_SAMPLES = 6  # places between special points where leaves are counted
+_APART = 0.02  # of the size of the bounds: how far these are from special points
 _ANGLES = np.linspace(0, 2 * np.pi, 1441)[:-1]
 
 
@@ -68,7 +71,8 @@ def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int,
         if not (near[n] or near[n + 1]) or abs(bend[n]) <= noise[n]:
             continue
         if bend[n] * bend[n + 1] < 0 and abs(bend[n + 1]) > noise[n + 1]:
-            point = _bisect(chain, n, values)
+            sign = np.sign(bend[n])
+            point = _bisect(chain, n, lambda p, sign=sign: values.bend(p[None])[0][0] * sign > 0)  # type: ignore[misc]
             if point is not None:
                 found.append((n, point))
     zero = np.flatnonzero((np.abs(bend) <= noise) & near)
@@ -80,23 +84,53 @@ def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int,
     return [(n, np.where(np.abs(point) < small, 0.0, point)) for n, point in found]
 
 
-def _bisect(chain: Chain, n: int, values: Values) -> Floats | None:
+def _bisect(chain: Chain, n: int, before: Callable[[Floats], bool]) -> Floats | None:
+    """The point on the exact curve behind vertex n where a condition that holds at n ends."""
     (a, s), (b, u) = chain.sources[n], chain.sources[n + 1]
     if a is not b:
         s, a = (1.0 if _end_is(b, chain.polyline[n]) else 0.0), b
     low, high = s, u
-    sign = float(values.bend(chain.polyline[n : n + 1])[0][0])
     point: Floats | None = None
     for _ in range(60):
         middle = (low + high) / 2
         point = a.at(middle)
         if point is None or middle in (low, high):
             break
-        if float(values.bend(point[None])[0][0]) * sign > 0:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if before(point) else (low, middle)
     return point
+
+
+def leaf_changes(chain: Chain, marks: Sequence[int], form: Form, box: Floats) -> list[tuple[int, Floats]]:
+    """Where the number of leaves changes and the minors do not show it: (vertex before it, point), by bisection.
+
+    Between the vertices `marks` it is measured at a few vertices, none of them so near to a mark that other branches
+    of a cusp could be counted.
+    """
+    line, size = chain.polyline, float((box[1] - box[0]).max())
+    inside, far = np.all((line >= box[0]) & (line <= box[1]), axis=1), _APART * size
+
+    def count(n: int) -> int:
+        return leaves_at(form, line[n], line[n + 1] - line[n - 1], 1e-4 * size)
+
+    found = []
+    for low, high in pairwise(sorted({0, len(line) - 1, *marks})):
+        ends = line[[low, high]]
+        here = [n for n in range(low + 2, high - 1) if inside[n] and np.linalg.norm(ends - line[n], axis=1).min() > far]
+        chosen = here[:: max(1, len(here) // _SAMPLES)]
+        counts = [count(n) for n in chosen]
+        for k in np.flatnonzero(np.diff(counts)):
+            a, b = chosen[k], chosen[k + 1]
+            while b - a > 1:
+                middle = (a + b) // 2
+                a, b = (middle, b) if count(middle) == counts[k] else (a, middle)
+            point = _bisect(chain, a, lambda p, a=a, want=counts[k]: _same(form, p, line[a + 1] - line[a], want, size))  # type: ignore[misc]
+            if point is not None:
+                found.append((a, point))
+    return found
+
+
+def _same(form: Form, point: Floats, direction: Floats, leaves: int, size: float) -> bool:
+    return leaves_at(form, point, direction, 1e-6 * size) == leaves
 
 
 def _end_is(arc: Arc, point: Floats) -> bool:

@@ -75,12 +75,7 @@ def _size(f: fmpq_mpoly) -> int:
 
 def _homogeneous(form: Form) -> fmpq_mpoly:
     return _RING.from_dict(
-        {
-            (*m, form.degree - sum(m), n): a
-            for m, c in form.terms.items()
-            for n, a in enumerate(c.coeffs())
-            if a != 0
-        }
+        {(*m, form.degree - sum(m), n): a for m, c in form.terms.items() for n, a in enumerate(c.coeffs()) if a != 0}
     )
 
 

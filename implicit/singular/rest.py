@@ -13,7 +13,7 @@ from implicit.singular.region import Deadline
 
 _FORMS = ((3, 5, 7, 11, 0), (5, -3, 11, 7, 0), (0, 1, 0, 0, 0), (13, 4, -9, 5, 0))
 _BITS = 320
-_TRIES = 24
+_TRIES = 400
 
 
 def real_points(

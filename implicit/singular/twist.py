@@ -18,7 +18,7 @@ Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 @dataclass(frozen=True)
 class Twist:
-    """The surface in coordinates X: (x, y, z) = matrix D X + shift, D with w where `axes` is 1; over Q where possible."""
+    """The surface in coordinates X, over Q where possible: (x, y, z) = M D X + shift with D = w on the axes that are 1."""
 
     form: Form
     placement: Placement
@@ -81,7 +81,7 @@ def _in_units(form: Form, axes: tuple[int, int, int]) -> Form | None:
     for m, c in form.terms.items():
         power = sum(e for e, axis in zip(m, axes, strict=True) if axis)
         terms[m] = c * fmpq_poly([0] * power + [1]) % form.field.modulus
-    for place in (0, 1):
-        if all(c[1 - place] == 0 for c in terms.values()):
-            return Form({m: fmpq_poly([c[place]]) for m, c in terms.items()}, RATIONALS)
+    for power in (0, 1):
+        if all(c[1 - power] == 0 for c in terms.values()):
+            return Form({m: fmpq_poly([c[power]]) for m, c in terms.items()}, RATIONALS)
     return None
