@@ -6,11 +6,10 @@ from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpq_poly
 from implicit.singular.arcs import Part, rows
 from implicit.singular.ideal import RATIONAL
 from implicit.singular.intersection import Shape, intersection
+from implicit.singular.twist import t
 
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 Pair = tuple[sympy.Expr, sympy.Expr]
-
-t = sympy.Symbol("t", real=True)
 
 
 def shape_of(part: Part) -> Shape:

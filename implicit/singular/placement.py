@@ -21,6 +21,7 @@ from implicit.singular.form import Form
 _NAMES = ("x", "y", "z", "t", "w")
 _RING = fmpq_mpoly_ctx.get(_NAMES, Ordering.degrevlex)
 _PRIMES = [p for p in range(2, 1000) if all(p % q for q in range(2, int(p**0.5) + 1))]
+_WORTH = 0.7  # of the digits: other coordinates are taken where they need fewer
 _VAIN = 8  # refinements that bring nothing: there is no end of them where a surface is unstable
 
 Vector = list[int]
@@ -55,7 +56,8 @@ def place(form: Form) -> Placement:
     table, whole = _slopes(f), _identity(4)
     square = (table.transpose() * table).det()
     primes = [p for p in _PRIMES if square % p == 0]
-    best, least, vain = Placement(form, _identity(3), fmpq_mat([[fmpq(0)]] * 3)), _size(f), 0
+    best, vain = Placement(form, _identity(3), fmpq_mat([[fmpq(0)]] * 3)), 0
+    least = _WORTH * _size(f)
     while square != 0 and vain < _VAIN:
         finer = next((m for p in primes for m in _candidates(f, p) if _gains(f, m, p)), None)
         if finer is None:

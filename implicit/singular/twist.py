@@ -15,10 +15,12 @@ from implicit.singular.placement import Placement, place
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
+t = sympy.Symbol("t", real=True)
+
 
 @dataclass(frozen=True)
 class Twist:
-    """The surface in coordinates X, over Q where possible: (x, y, z) = M D X + shift with D = w on the axes that are 1."""
+    """The surface in coordinates X, over Q where possible: (x, y, z) = M D X + shift, D = w on the axes that are 1."""
 
     form: Form
     placement: Placement
@@ -47,7 +49,7 @@ class Twist:
             sympy.expand(sum(_symbol(matrix[r, c]) * scaled[c] for c in range(3)) + _symbol(shift[r, 0]))
             for r in range(3)
         )
-        return x, y, z
+        return _from_rest((x, y, z))
 
     def _symbols(self) -> tuple[sympy.Expr, ...]:
         if not any(self.axes):
@@ -57,6 +59,17 @@ class Twist:
         w = sympy.sqrt(sympy.Rational(int(square.p), int(square.q)))
         w = w if float(arb(field.root).mid()) > 0 else -w
         return tuple(w if axis else sympy.Integer(1) for axis in self.axes)
+
+
+def _from_rest(expression: Triple) -> Triple:
+    """A line with rational direction by its leading coordinate; other curves as they are."""
+    direction = [c.diff(t) for c in expression]
+    if not all(d.is_Rational for d in direction) or not any(direction):
+        return expression
+    lead = max(range(3), key=lambda a: abs(direction[a]))
+    at = (t - expression[lead].subs(t, 0)) / direction[lead]
+    x, y, z = (sympy.expand(c.subs(t, at)) for c in expression)
+    return x, y, z
 
 
 def _symbol(c: fmpq) -> sympy.Rational:
