@@ -51,7 +51,8 @@ class SingularLocus:
 
     `complete` is True only if it is proved that there are no others in the bounds; otherwise all others lie in the
     boxes `undecided` (K, 2, 3), unless the formula is not polynomial. `repeated` are the factors of f that occur more
-    than once: there grad f = 0 on the whole surface, and the answer is about the surface counted once.
+    than once: there grad f = 0 on the whole surface, and the answer is about the surface counted once. `infinity` are
+    the singular points of the projective closure at infinity if they were asked for, as directions, else None.
     """
 
     points: tuple[SingularPoint, ...]
@@ -59,3 +60,4 @@ class SingularLocus:
     undecided: Floats
     complete: bool
     repeated: tuple[sympy.Expr, ...] = ()
+    infinity: tuple[SingularPoint, ...] | None = None

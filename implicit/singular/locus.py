@@ -7,6 +7,7 @@ import sympy
 
 from implicit.domain import Bounds, Box, to_bounds
 from implicit.singular.form import Form
+from implicit.singular.infinity import points_at_infinity
 from implicit.singular.investigation import Investigation
 from implicit.singular.kinds import SingularLocus, SingularPoint
 from implicit.singular.numeric import search_numerically
@@ -19,7 +20,7 @@ MAX_DEGREE = 50  # in one variable: above it binomial coefficients are no longer
 
 
 def singularities(
-    surface: Surface, bounds: Bounds | float | None = None, *, timeout: float | None = None
+    surface: Surface, bounds: Bounds | float | None = None, *, timeout: float | None = None, infinity: bool = False
 ) -> SingularLocus:
     """All real points in the bounds where f = 0 and grad f = 0.
 
@@ -36,12 +37,14 @@ def singularities(
         enough for exact elimination.
     timeout : float, optional
         Seconds after which the answer is given as far as it is known.
+    infinity : bool
+        Whether the singular points of the projective closure at infinity are wanted too.
 
     Raises
     ------
     ValueError
         When f is zero everywhere, or of degree above 50 in a variable; without bounds, when there are singular curves
-        or the points could not be found by elimination.
+        or the points could not be found by elimination; the same for the points at infinity.
 
     Notes
     -----
@@ -61,7 +64,7 @@ def singularities(
     deadline = Deadline(timeout)
     polynomial = surface.polynomial
     if polynomial is None:
-        return _numeric(surface, bounds)
+        return _numeric(surface, bounds, infinity)
     if polynomial.is_zero:
         raise ValueError("a formula that is not zero everywhere was wanted: here every point is singular")
     repeated: tuple[sympy.Expr, ...] = ()
@@ -75,12 +78,14 @@ def singularities(
     form = integral(Form.of(reduced))
     known = None if bounds is None else to_bounds(bounds)
     found = Investigation(form, known, deadline).locus() if known else _everywhere(form, deadline)
-    return replace(found, repeated=repeated)
+    return replace(found, repeated=repeated, infinity=points_at_infinity(form) if infinity else None)
 
 
-def _numeric(surface: Surface, bounds: Bounds | float | None) -> SingularLocus:
+def _numeric(surface: Surface, bounds: Bounds | float | None, infinity: bool) -> SingularLocus:
     if bounds is None:
         raise ValueError("singularities of a formula that is no polynomial needs bounds")
+    if infinity:
+        raise ValueError("a polynomial was wanted for points at infinity")
     domain = to_bounds(bounds)
     points = tuple(SingularPoint(p) for p in search_numerically(surface, domain))
     return SingularLocus(points, (), domain.box.corners[None], False)

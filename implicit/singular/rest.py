@@ -54,7 +54,7 @@ def _off_all(
     zero: list[fmpq_mpoly] = []
     while left:
         for g in left:
-            more = None if deadline.passed else _solve(form, [*equations, *zero, RATIONAL.gens()[4] * g - 1])
+            more = None if deadline.passed else solve(form, [*equations, *zero, RATIONAL.gens()[4] * g - 1])
             if more is not None:
                 found, zero = [*found, *more], [*zero, g]
                 left.remove(g)
@@ -80,7 +80,7 @@ class _Attempts:
         system = [*equations, RATIONAL.gens()[4] * prod(apart) - 1] if apart else equations
         self.left -= 1
         if not curves:
-            return _solve(self.form, system)
+            return solve(self.form, system)
         if apart:
             known = Ideal.of(system)
             if known is not None and known.is_everything:
@@ -99,7 +99,8 @@ class _Attempts:
         return None
 
 
-def _solve(form: Form, equations: list[fmpq_mpoly]) -> list[ExactPoint] | None:
+def solve(form: Form, equations: list[fmpq_mpoly]) -> list[ExactPoint] | None:
+    """The real points of equations with finitely many complex ones; None where there are more, or too many."""
     ideal = Ideal.of(equations)
     if ideal is None:
         return None
