@@ -21,6 +21,7 @@ from implicit.singular.form import Form
 _NAMES = ("x", "y", "z", "t", "w")
 _RING = fmpq_mpoly_ctx.get(_NAMES, Ordering.degrevlex)
 _PRIMES = [p for p in range(2, 1000) if all(p % q for q in range(2, int(p**0.5) + 1))]
+_SKEW = 30.0  # condition of a matrix: no coordinates in which distances are quite different
 _WORTH = 0.7  # of the digits: other coordinates are taken where they need fewer
 _VAIN = 8  # refinements that bring nothing: there is no end of them where a surface is unstable
 
@@ -52,21 +53,25 @@ def _identity(n: int) -> fmpq_mat:
 
 def place(form: Form) -> Placement:
     """The form in the coordinates of the smallest coefficients that were met; as it is where it is a cone."""
-    start = f = _primitive(_homogeneous(form))
-    table, whole = _slopes(f), _identity(4)
+    start = _primitive(_homogeneous(form))
+    table = _slopes(start)
     square = (table.transpose() * table).det()
-    primes = [p for p in _PRIMES if square % p == 0]
-    best, vain = Placement(form, _identity(3), fmpq_mat([[fmpq(0)]] * 3)), 0
-    least = _WORTH * _size(f)
-    while square != 0 and vain < _VAIN:
-        finer = next((m for p in primes for m in _candidates(f, p) if _gains(f, m, p)), None)
-        if finer is None:
-            break
-        whole, f, vain = whole * finer, _primitive(_moved(f, finer)), vain + 1
-        affine, matrix, shift = _affine(whole)
-        near = _primitive(_moved(start, affine))
-        if _size(near) < least:
-            best, least, vain = Placement(Form(_terms(near), form.field), matrix, shift), _size(near), 0
+    best, least = Placement(form, _identity(3), fmpq_mat([[fmpq(0)]] * 3)), _WORTH * _size(start)
+    kept = _identity(4)
+    for p in reversed(_PRIMES if square != 0 else []):
+        if square % p:
+            continue
+        whole, f, vain = kept, _primitive(_moved(start, kept)), 0
+        while vain < _VAIN:
+            finer = next((m for m in _candidates(f, p) if _gains(f, m, p)), None)
+            if finer is None:
+                break
+            whole, f, vain = whole * finer, _primitive(_moved(f, finer)), vain + 1
+            affine, matrix, shift = _affine(whole)
+            near = _primitive(_moved(start, affine))
+            found = Placement(Form(_terms(near), form.field), matrix, shift)
+            if _size(near) < least and np.linalg.cond(found.floats[0]) < _SKEW:
+                best, least, kept, vain = found, _size(near), whole, 0
     return best
 
 
