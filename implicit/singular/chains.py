@@ -171,3 +171,10 @@ def within(points: Floats, bounds: Bounds, margin: float) -> NDArray[np.bool_]:
         return np.asarray(np.linalg.norm(points - bounds.center, axis=1) <= bounds.radius + margin)
     low, high = bounds.corners
     return np.asarray(np.all((points >= low - margin) & (points <= high + margin), axis=1))
+
+
+def distance(point: Floats, line: Floats) -> float:
+    """The distance of a point from a polyline."""
+    step = np.diff(line, axis=0)
+    share = np.clip(np.sum((point - line[:-1]) * step, axis=1) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0, 1)
+    return float(np.linalg.norm(point - line[:-1] - share[:, None] * step, axis=1).min())

@@ -20,8 +20,8 @@ def shape_of(part: Part) -> Shape:
         shape = intersection(part, degree)
     if shape is None:
         p = part.projection
-        graph = p.forms()[2] * p.in_space(p.plane.derivative(1)) - p.in_space(p.height)
-        return Shape((p.in_space(p.plane), graph))
+        plane, slope = p.in_space(p.plane), p.in_space(p.plane.derivative(1))
+        return Shape((plane, p.forms()[2] * slope - p.in_space(p.height)), (), (plane, slope))
     return shape
 
 

@@ -4,21 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy
-from flint import fmpq_mpoly
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.domain import Bounds
 from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
-from implicit.singular.chains import Chain, clip, join, within
+from implicit.singular.chains import Chain, clip, distance, join, within
 from implicit.singular.conic import shape_of, t
 from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
+from implicit.singular.ideal import singular_equations
 from implicit.singular.intersection import Shape, containing
 from implicit.singular.leaves import Values, count_leaves, leaf_changes, turning_points
 from implicit.singular.projection import project
 from implicit.singular.region import Deadline
-from implicit.singular.rest import real_points
+from implicit.singular.rest import real_points, solve
 from implicit.singular.twist import Twist, untwist
 
 Floats = NDArray[np.float64]
@@ -49,15 +49,26 @@ class Curves:
     curves: list[Curve]
     lines: list[Floats]
     solitary: list[Floats]
-    shapes: list[tuple[fmpq_mpoly, ...]]
+    shapes: list[Shape]
     whole: Part
     twist: Twist
+    reach: float  # nearer to a line a point is on it
 
     def other_points(self, deadline: Deadline) -> list[ExactPoint] | None:
         """All real singular points off the curves, in the coordinates of `twist`, if they could be found exactly."""
-        degree = self.whole.polynomial.total_degree()
+        form, degree = self.twist.form, self.whole.polynomial.total_degree()
         around = next(filter(None, (containing(self.whole, n) for n in range(1, degree + 1))), [])
-        return real_points(self.twist.form, deadline, self.shapes, around)
+        found = real_points(form, deadline, [shape.equations for shape in self.shapes], around)
+        for shape in self.shapes:
+            if shape.upright and found is not None:
+                over = solve(form, [*singular_equations(form), *around, *shape.upright])
+                found = None if over is None else [*found, *(p for p in over if not self._on_lines(p))]
+        return found
+
+    def _on_lines(self, point: ExactPoint) -> bool:
+        place = self.twist.outside(np.array(point.position))
+        near = [line for line in (*self.lines, *(p[None] for p in self.solitary)) if len(line)]
+        return any(distance(place, np.concatenate([line, line[-1:]])) < self.reach for line in near)
 
 
 def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:
@@ -98,7 +109,7 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
             curves.append(_curve(piece, expression, form, size))
     solitary += _touching(chains, curves, bounds)
     lines = [_cycle(chain.polyline, chain.closed) for chain in chains]
-    return Curves(curves, lines, solitary, [shape.equations for shape in shapes], whole, twist)
+    return Curves(curves, lines, solitary, shapes, whole, twist, 2e-6 * size)
 
 
 def _cycle(line: Floats, closed: bool) -> Floats:

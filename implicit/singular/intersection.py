@@ -12,10 +12,14 @@ Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 @dataclass(frozen=True)
 class Shape:
-    """A curve: equations in x, y, z that cut it out, and parametrizations in t of the lines or the conic that it is."""
+    """A curve: equations in x, y, z that cut it out, and parametrizations in t of the lines or the conic that it is.
+
+    Where `upright` is not empty the equations hold on some lines too, over the points where these are 0.
+    """
 
     equations: tuple[fmpq_mpoly, ...]
     expressions: tuple[Triple, ...] = ()
+    upright: tuple[fmpq_mpoly, ...] = ()
 
 
 def intersection(part: Part, degree: int) -> Shape | None:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.domain import Bounds
-from implicit.singular.chains import within
+from implicit.singular.chains import distance, within
 from implicit.singular.curves import Curves, find_curves
 from implicit.singular.degenerate import LonelyPoint, settle
 from implicit.singular.exact import MAX_DEGREE, ExactPoint
@@ -89,7 +89,7 @@ class Investigation:
 
     def _on_curves(self, point: Floats) -> bool:
         reach = 2e-6 * self.bounds.size
-        return any(_distance(point, c.polyline) < reach for c in self.curves)
+        return any(distance(point, c.polyline) < reach for c in self.curves)
 
     def _add_exact(self, point: ExactPoint, twist: Twist) -> None:
         """An isolated point that algebra has found; its type does not depend on coordinates."""
@@ -131,13 +131,6 @@ class Investigation:
         for p in self.points:
             stray &= np.linalg.norm(middle - p.position, axis=1) > 2 * reach
         return stray | (np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1) > reach)
-
-
-def _distance(point: Floats, line: Floats) -> float:
-    """The distance of a point from a polyline."""
-    step = np.diff(line, axis=0)
-    share = np.clip(np.sum((point - line[:-1]) * step, axis=1) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0, 1)
-    return float(np.linalg.norm(point - line[:-1] - share[:, None] * step, axis=1).min())
 
 
 def _densified(line: Floats, step: float) -> Floats:
