@@ -60,6 +60,17 @@ def test_time_is_kept_and_nothing_is_claimed() -> None:
     assert not locus.complete and len(locus.undecided)
 
 
+@pytest.mark.parametrize("name", ["labs_septic", "enneper", "boy_apery"])
+def test_hard_surfaces_keep_the_time_too(name: str) -> None:
+    surface = surface_of(name)
+    assert surface.polynomial is not None
+    singularities(surface_of("cone"), 1)
+    start = time.monotonic()
+    locus = singularities(surface, box_of(name), timeout=0.3)
+    assert time.monotonic() - start < 5
+    assert locus.complete or len(locus.undecided)
+
+
 def test_undecided_boxes_hold_what_was_not_found() -> None:
     everything = singularities(surface_of("kummer"), 1.5)
     locus = singularities(surface_of("kummer"), 1.5, timeout=0)

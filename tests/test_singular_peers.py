@@ -9,6 +9,10 @@ import sympy
 
 from implicit import Surface, singularities
 from implicit.language.trees import x, y, z
+from implicit.singular.form import Form
+from implicit.singular.projection import project
+from implicit.singular.proof import integral
+from implicit.singular.region import Deadline
 from tests.singular_catalog import box_of, entry_of, surface_of
 
 
@@ -63,11 +67,6 @@ def test_singular_has_the_same_milnor_numbers(name: str) -> None:
 @needs_singular
 @pytest.mark.parametrize("name", ["steiner_roman", "klein_bottle", "hunt", "crixxi", "enneper", "taubin_heart"])
 def test_singular_finds_curves_of_the_same_degree(name: str) -> None:
-    from implicit.singular.form import Form
-    from implicit.singular.projection import project
-    from implicit.singular.proof import integral
-    from implicit.singular.region import Deadline
-
     polynomial = Surface(surface_of(name).expression).polynomial
     assert polynomial is not None
     projection = project(integral(Form.of(polynomial)), Deadline(None))
