@@ -73,7 +73,7 @@ KNOWN = {
         (0, 4),
         [(0, 0, 0), (0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)],
     ),
-    "seven points": Known("x y z = x^4 + y^4 + z^4", [(0, 0, 0, None)]),
+    "three sheets in a quartic": Known("x y z = x^4 + y^4 + z^4", [(0, 0, 0, None)]),
     "lemon": Known("x^2 + z^2 = y^3 (1 - y)^3", [(0, 0, 0, "A2"), (0, 1, 0, "A2")]),
     "windy": Known("x^2 = y^4 + z^4 - x y z", [(0, 0, 0, "X9")]),
     "D6": Known("x^2 - y^2 z + z^5", [(0, 0, 0, "D6")]),
