@@ -212,6 +212,7 @@ FORMULAS = (
         Facts(degree=8, singular_points=0, singular_curves=0, closed=True, euler=-2),
         Box((-1.3, -0.9, -0.3), (1.3, 0.9, 0.3)),
         look=PLUM,
+        detail=3,
     ),
     Entry(
         "heart",
@@ -232,6 +233,6 @@ FORMULAS = (
         Facts(closed=True, euler=-8),
         1.1,
         look=STEEL,
-        detail=1.2,
+        detail=3,
     ),
 )
