@@ -97,6 +97,7 @@ def circle(radius: float = 1.0, center: ArrayLike = (0, 0, 0), angle: float = 2 
     >>> circle(2, (0, 0, 1))(0.0)
     array([2., 0., 1.])
     """
+    _positive(radius=radius)
     return ellipse(radius, radius, center, (0.0, angle))
 
 

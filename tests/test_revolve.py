@@ -202,7 +202,7 @@ def test_expressions_of_a_revolution():
         (lambda: revolve(circle(), ((0, 0, 0),)), r"an axis is a pair \(point, direction\)"),
         (lambda: revolve(circle(), angle=1)(0.0, 1.5), r"parameter v must lie in \[0, 1\], got 1.5"),
         (lambda: revolve(circle(), angle=1)(-1.0, 0.5), r"parameter u must lie in \[0, 6.28319\], got -1"),
-        (lambda: circle(-1), "a must be positive and finite, got -1"),
+        (lambda: circle(-1), "radius must be positive and finite, got -1"),
         (lambda: circle(1, angle=0), "the angles must be two finite increasing numbers"),
         (lambda: hyperbola(1, 1, domain=(0, 2)), r"t inside \(-pi/2, pi/2\)"),
         (lambda: parabola(0), "a must be positive"),
