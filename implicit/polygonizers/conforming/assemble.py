@@ -125,9 +125,9 @@ def conforming(
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
     vertices, _, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
     swept = _Draft(vertices, faces, np.zeros(0, np.int64))
-    seeds = np.zeros((0, 3))
+    seeds, hood = np.zeros((0, 3)), None
     for _ in range(_PASSES):
-        blocks, hood = resolve(local, locus, found, seeds)
+        blocks, hood = resolve(local, locus, found, seeds, hood)
         draft = _Draft(*put_cones(swept.vertices, swept.faces, grid, blocks))
         if hood is not None:
             _join(draft, grid, hood)

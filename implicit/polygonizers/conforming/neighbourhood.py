@@ -1,13 +1,13 @@
 """The neighbourhood of the singular points and curves that no block of cells serves: balls, tubes, tetrahedra."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.arc import Arc, find_arcs
-from implicit.polygonizers.conforming.ball import find_ball
+from implicit.polygonizers.conforming.ball import Ball, find_ball
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.refine import Patch, mesh_region
 from implicit.polygonizers.conforming.ring import bisect
@@ -21,24 +21,41 @@ _RETRIES = 3
 
 
 @dataclass(frozen=True, eq=False)
+class Frame:
+    """What does not depend on seeds: arcs with the parameters `stops` of the walls, and balls round special points.
+
+    doubtful: the special points whose ball is uncertain.
+    """
+
+    special: FloatArray
+    arcs: list[Arc]
+    stops: list[FloatArray]
+    balls: list[Ball]
+    doubtful: list[FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """A patch with its skeleton; doubtful (n, 3) places in lattice units, of the patch and of the skeleton."""
+    """A patch with its skeleton; doubtful (n, 3) places in lattice units, of the patch and of the skeleton.
+
+    limits: places (n, 4) where tubes had to be thinner, with their radius.
+    """
 
     patch: Patch
     skeleton: Skeleton
-    arcs: list[Arc]
+    frame: Frame
+    limits: list[FloatArray]
     doubtful: FloatArray
 
 
-def mesh_neighbourhood(
-    local: Local, special: FloatArray, polylines: list[tuple[FloatArray, bool]], beyond: float, seeds: FloatArray
-) -> Neighbourhood:
-    """The mesh round special points (k, 3), curves and seeds (n, 3), in lattice units.
-
-    Curves go on `beyond` cells past the walls; seeds are further vertices.
-    """
-    rng = np.random.default_rng(5)
-    grid = local.grid
+def find_frame(
+    local: Local,
+    special: FloatArray,
+    polylines: list[tuple[FloatArray, bool]],
+    beyond: float,
+    rng: np.random.Generator,
+) -> Frame:
+    """The arcs and balls of special points (k, 3) and curves; curves go on `beyond` cells past the walls."""
     arcs = find_arcs(local, polylines, special, beyond)
     doubtful = []
     balls = []
@@ -48,20 +65,56 @@ def mesh_neighbourhood(
             doubtful.append(special[row])
         if ball is not None:
             balls.append(ball)
-    stops = [_wall_parameters(local, arc) for arc in arcs]
-    limits: list[FloatArray] = []
-    for turn in range(_RETRIES + 1):
-        tubes = [find_tube(local, number, arcs, balls, stops[number], limits, rng) for number in range(len(arcs))]
-        skeleton = build_skeleton(balls, [tube for tube in tubes if tube is not None], rng)
+    return Frame(special, arcs, [_wall_parameters(local, arc) for arc in arcs], balls, doubtful)
+
+
+def mesh_neighbourhood(
+    local: Local,
+    special: FloatArray,
+    polylines: list[tuple[FloatArray, bool]],
+    beyond: float,
+    seeds: FloatArray,
+    before: Neighbourhood | None,
+) -> Neighbourhood:
+    """The mesh round special points (k, 3), curves and seeds (n, 3), in lattice units.
+
+    Curves go on `beyond` cells past the walls; seeds are further vertices. What was found `before` with fewer seeds
+    is where the search for more vertices starts, if the special points are the same.
+    """
+    rng = np.random.default_rng(5)
+    same = before is not None and np.array_equal(before.frame.special, special)
+    frame = before.frame if before is not None and same else find_frame(local, special, polylines, beyond, rng)
+    limits = list(before.limits) if before is not None and same else []
+    if before is not None and same:
+        skeleton = replace(before.skeleton, around=before.patch.around)
         skeleton.add(seeds)
-        patch = mesh_region(local, skeleton, grid.cells, rng)
-        if not len(patch.doubtful) or not len(patch.blocked) or not arcs or turn == _RETRIES:
+        patch = mesh_region(local, skeleton, local.grid.cells, rng)
+        if not len(patch.doubtful):
+            return _conclude(patch, skeleton, frame, limits)
+    for turn in range(_RETRIES + 1):
+        skeleton = _build(local, frame, limits, rng)
+        skeleton.add(seeds)
+        patch = mesh_region(local, skeleton, local.grid.cells, rng)
+        if not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or turn == _RETRIES:
             break
         size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
         limits.append(np.concatenate([patch.blocked, size], axis=1))
-    doubtful += [place for tube in skeleton.tubes if not tube.settled for place in tube.stations]
-    places = np.concatenate([np.array(doubtful).reshape(-1, 3), patch.doubtful, _uneven(skeleton)])
-    return Neighbourhood(patch, skeleton, arcs, places)
+    return _conclude(patch, skeleton, frame, limits)
+
+
+def _conclude(patch: Patch, skeleton: Skeleton, frame: Frame, limits: list[FloatArray]) -> Neighbourhood:
+    """All that was found, with every place that is doubtful."""
+    unsettled = [place for tube in skeleton.tubes if not tube.settled for place in tube.stations]
+    doubtful = np.array(frame.doubtful + unsettled).reshape(-1, 3)
+    places = np.concatenate([doubtful, patch.doubtful, _uneven(skeleton)])
+    return Neighbourhood(patch, skeleton, frame, limits, places)
+
+
+def _build(local: Local, frame: Frame, limits: list[FloatArray], rng: np.random.Generator) -> Skeleton:
+    """The skeleton of the balls of a frame and of tubes along its arcs, within the limits."""
+    arcs = frame.arcs
+    tubes = [find_tube(local, k, arcs, frame.balls, frame.stops[k], limits, rng) for k in range(len(arcs))]
+    return build_skeleton(frame.balls, [tube for tube in tubes if tube is not None], rng)
 
 
 def _room(local: Local, point: FloatArray) -> float:

@@ -33,7 +33,8 @@ class Patch:
     """The mesh of a region: places (v, 3) in lattice units, oriented faces (f, 3).
 
     names (v, 2): the ends of the edge of each vertex, equal on the singular set. on: the vertex of each vertex of the
-    skeleton, -1 where none is used. doubtful (n, 3): places where something could not be resolved.
+    skeleton, -1 where none is used. doubtful (n, 3): places where something could not be resolved. around (m, 3): the
+    vertices off the singular set that were added to the lattice.
     """
 
     region: Region
@@ -43,6 +44,7 @@ class Patch:
     on: IntArray
     doubtful: FloatArray
     blocked: FloatArray
+    around: FloatArray
 
 
 def mesh_region(local: Local, skeleton: Skeleton, size: IntArray, rng: np.random.Generator) -> Patch:
@@ -82,7 +84,7 @@ def mesh_region(local: Local, skeleton: Skeleton, size: IntArray, rng: np.random
     if not fits or flat_tetrahedra(signs, np.concatenate([stay, fresh])):
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
-    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked)
+    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around)
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
@@ -166,7 +168,7 @@ def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArra
 
 def _patch(
     local: Local, region: Region, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray,
-    skeleton: Skeleton, doubtful: list[FloatArray], blocked: list[FloatArray],
+    skeleton: Skeleton, doubtful: list[FloatArray], blocked: list[FloatArray], around: FloatArray,
 ) -> Patch:  # fmt: skip
     """The triangles in all tetrahedra and pyramids, with their vertices on f = 0."""
     first, count = len(region.places), len(skeleton.on)
@@ -187,4 +189,5 @@ def _patch(
         on,
         np.concatenate([np.zeros((0, 3)), *doubtful]),
         np.concatenate([np.zeros((0, 3)), *blocked]),
+        around,
     )

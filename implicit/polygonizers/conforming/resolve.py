@@ -29,12 +29,16 @@ def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
 
 
 def resolve(
-    local: Local, locus: SingularLocus, found: tuple[list[Block], IntArray], seeds: FloatArray
+    local: Local,
+    locus: SingularLocus,
+    found: tuple[list[Block], IntArray],
+    seeds: FloatArray,
+    before: Neighbourhood | None = None,
 ) -> tuple[list[Block], Neighbourhood | None]:
     """Blocks for the singular points that have one, and the neighbourhood of all others, of the curves and of seeds.
 
     found: the blocks that there are, and the rows of isolated points without one. seeds (n, 3), in lattice units, are
-    places where the cells are too coarse.
+    places where the cells are too coarse. before: the neighbourhood that was found with fewer seeds.
     """
     grid = local.grid
     isolated = isolated_points(local, locus)
@@ -48,7 +52,7 @@ def resolve(
             return blocks, None
         clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes, seeds])) < _APART]
         if not clash:
-            hood = mesh_neighbourhood(local, special, lines, _BEYOND, seeds)
+            hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, before)
             clash = [block for block in blocks if hood.patch.region.holds(_cells_of(block)).any()]
             if not clash:
                 return blocks, hood
