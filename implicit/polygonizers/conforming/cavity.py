@@ -36,11 +36,25 @@ def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArr
     return np.asarray(dead | (cKDTree(new).query(region.places, distance_upper_bound=_NEAR)[0] < _NEAR))
 
 
+@dataclass(frozen=True, eq=False)
+class _Filling:
+    """What a region was filled with: its tetrahedra that stay, and those that replace the others."""
+
+    region: Region
+    dead: NDArray[np.bool_]
+    new: FloatArray
+    stay: IntArray
+    fresh: IntArray
+
+
 @dataclass(eq=False)
 class Cavity:
-    """Holes and what fills them; the Delaunay tetrahedra of a hole are kept for as long as its vertices stay."""
+    """Holes and what fills them. Where vertices are added to those of the last filling, only what these disturb is
+    replaced, and the Delaunay tetrahedra of a hole are kept for as long as its vertices stay.
+    """
 
     known: dict[bytes, Any] = field(default_factory=dict)
+    last: _Filling | None = None
 
     def fill(self, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[IntArray, IntArray, bool]:
         """The region's tetrahedra that stay (n, 4), those that replace the others (m, 4), and whether they fit exactly.
@@ -48,25 +62,55 @@ class Cavity:
         New vertices are numbered after those of the region.
         """
         places = np.concatenate([region.places, new])
-        size, tets = len(region.places), region.tetrahedra
-        touched, centers = _touched(region, dead, new)
-        stay, gone = tets[~touched], tets[touched]
+        filled = None
+        if self.last is not None and _continues(self.last, region, dead, new):
+            filled = self._add(self.last, places, dead, new)
+        if filled is None:
+            tets = region.tetrahedra
+            touched = _touched(places, tets, dead, new, lattice=len(tets))
+            fresh, fits = self._replace(places, tets[touched], dead, len(region.places))
+            filled = tets[~touched], fresh, fits
+        stay, fresh, fits = filled
+        self.last = _Filling(region, dead, new, stay, fresh) if fits else None
+        return stay, fresh, bool(fits and not dead[region.pyramids].any())
+
+    def _add(
+        self, last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray
+    ) -> tuple[IntArray, IntArray, bool] | None:
+        """The last filling with the vertices that came since; None where that does not fit."""
+        first = len(dead) + len(last.new)
+        if first == len(places):
+            return last.stay, last.fresh, True
+        tets = np.concatenate([last.stay, last.fresh])
+        touched = _touched(places, tets, dead & ~last.dead, new[len(last.new) :], lattice=len(last.stay))
+        fresh, fits = self._replace(places, tets[touched], dead, first)
+        if not fits:
+            return None
+        old, changed = last.stay[~touched[: len(last.stay)]], last.fresh[~touched[len(last.stay) :]]
+        return old, np.concatenate([changed, fresh]), True
+
+    def _replace(
+        self, places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int
+    ) -> tuple[IntArray, bool]:
+        """Tetrahedra in place of those that are gone, with the vertices from `first` on; whether they fit exactly."""
         faces = np.sort(np.concatenate([gone[:, face] for face in _FACES]), axis=1)
         keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
         rim = keys[uses == 1]
-        hole = _components(gone, size)
-        home = hole[cKDTree(centers).query(new)[1]]
+        hole = _components(gone, len(places))
+        home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
         fresh = [np.zeros((0, 4), np.int64)]
+        alive = np.ones(len(places), bool)
+        alive[: len(dead)] = ~dead
         for number in np.unique(hole):
             used = np.unique(gone[hole == number])
-            rows = np.concatenate([used[~dead[used]], size + np.flatnonzero(home == number)])
-            fresh.append(self._fill_hole(places, rows, rim, size))
+            rows = np.concatenate([used[alive[used]], first + np.flatnonzero(home == number)])
+            fresh.append(self._fill_hole(places, rows, rim, first))
         filled = np.concatenate(fresh)
-        volume = _volume(places[filled]).sum() / _volume(region.places[gone]).sum()
-        return stay, filled, bool(abs(volume - 1) < _SLACK and not dead[region.pyramids].any())
+        volume = _volume(places[filled]).sum() / _volume(places[gone]).sum()
+        return filled, bool(abs(volume - 1) < _SLACK)
 
-    def _fill_hole(self, places: FloatArray, rows: IntArray, rim: IntArray, size: int) -> IntArray:
-        """The Delaunay tetrahedra of vertices `rows` on the inner side of the faces `rim`."""
+    def _fill_hole(self, places: FloatArray, rows: IntArray, rim: IntArray, first: int) -> IntArray:
+        """The Delaunay tetrahedra of vertices `rows` on the inner side of the faces `rim`, where those from `first` are."""
         key = places[rows].tobytes()
         if key not in self.known:
             delaunay = Delaunay(places[rows])
@@ -82,19 +126,34 @@ class Cavity:
         start, stop = np.concatenate(starts), np.concatenate(stops)
         graph = coo_array((np.ones(len(start), bool), (start, stop)), shape=(len(tets),) * 2)
         label = connected_components(graph, directed=False)[1]
-        return np.asarray(tets[np.isin(label, np.unique(label[(tets >= size).any(axis=1)]))])
+        return np.asarray(tets[np.isin(label, np.unique(label[(tets >= first).any(axis=1)]))])
 
 
-def _touched(region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Which tetrahedra lose a corner or have a new vertex in their sphere, and the middles of those."""
-    tets = region.tetrahedra
+def _continues(last: _Filling, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> bool:
+    """Whether the region is the same and vertices have only been added."""
+    count = len(last.new)
+    return (
+        np.array_equal(last.region.places, region.places)
+        and np.array_equal(last.region.tetrahedra, region.tetrahedra)
+        and np.array_equal(last.new, new[:count])
+        and not (last.dead & ~dead).any()
+    )
+
+
+def _touched(
+    places: FloatArray, tets: IntArray, dead: NDArray[np.bool_], new: FloatArray, lattice: int
+) -> NDArray[np.bool_]:
+    """Which tetrahedra lose a corner or have a new vertex in their sphere; the first `lattice` are of the lattice."""
     tree = cKDTree(new)
-    middle = region.places[tets].mean(axis=1)
+    middle = places[tets[:lattice]].mean(axis=1)
     close = np.flatnonzero(np.isfinite(tree.query(middle, distance_upper_bound=_CLOSE)[0]))
-    center, radius = circumspheres(region.places[tets[close]])
-    touched: NDArray[np.bool_] = np.asarray(dead[tets].any(axis=1))
+    close = np.concatenate([close, np.arange(lattice, len(tets))])
+    center, radius = circumspheres(places[tets[close]])
+    alive = np.ones(len(places), bool)
+    alive[: len(dead)] = ~dead
+    touched: NDArray[np.bool_] = np.asarray(~alive[tets].all(axis=1))
     touched[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
-    return touched, middle[touched]
+    return touched
 
 
 def _components(simplices: IntArray, size: int) -> IntArray:
@@ -113,8 +172,11 @@ def _volume(corners: FloatArray) -> FloatArray:
 
 
 def circumspheres(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Centres (n, 3) and radii (n,) of the spheres through tetrahedra (n, 4, 3)."""
+    """Centres (n, 3) and radii (n,) of the spheres through tetrahedra (n, 4, 3); huge spheres for flat ones."""
     first = corners[:, 0]
-    ways = corners[:, 1:] - first[:, None]
-    offset = np.linalg.solve(2 * ways, (ways * ways).sum(axis=2)[..., None])[..., 0]
+    a, b, c = (corners[:, k] - first for k in (1, 2, 3))
+    sides = (np.einsum("ij,ij->i", s, s)[:, None] * np.cross(t, r) for s, t, r in ((a, b, c), (b, c, a), (c, a, b)))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    size = np.maximum(np.abs(volume), 1e-12)
+    offset = sum(sides) / (2 * np.where(volume < 0, -size, size))[:, None]
     return first + offset, np.linalg.norm(offset, axis=1)
