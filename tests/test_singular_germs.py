@@ -1,5 +1,6 @@
 """Types of degenerate points: Arnold's normal forms, wherever they lie and however they are turned."""
 
+import numpy as np
 import pytest
 import sympy
 from flint import arb, fmpq_poly
@@ -76,3 +77,12 @@ def test_mu_and_tau_differ_for_singularities_that_are_not_quasihomogeneous() -> 
     germ = _origin(x**4 + y**5 + x**2 * y**3 + z**2)
     tau = germ.dimension([*germ.gradient, germ.taylor])
     assert germ.milnor == 12 and tau is not None and tau[0] == 11
+
+
+def test_axes_longer_than_all_floats_are_scaled():
+    """A surface turned by floats has coefficients of many digits, and exact axes of hundreds."""
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    image = sympy.Matrix(np.vectorize(lambda v: sympy.Rational(float(v)))(turn).tolist()) * sympy.Matrix([x, y, z])
+    surface = Surface((x**2 - y**2 + z**4).subs(dict(zip((x, y, z), image, strict=True)), simultaneous=True))
+    (point,) = singularities(surface, 1).points
+    assert point.type == "A3"

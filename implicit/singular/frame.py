@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from functools import reduce
 
 import numpy as np
-from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx, fmpq_poly
+from flint import Ordering, arb, fmpq, fmpq_mpoly, fmpq_mpoly_ctx, fmpq_poly
 from numpy.typing import NDArray
 
 from implicit.singular.exact import ExactPoint
@@ -89,8 +89,8 @@ def _scaled(axis: Vector, point: ExactPoint) -> Vector:
     """The axis times a power of two that brings its length near 1."""
     with precision(64):
         theta = _theta(point)
-        length = float(np.sqrt(sum(float(evaluate(c, theta).mid()) ** 2 for c in axis)))
-    power = round(np.log2(length))
+        squares = sum((evaluate(c, theta) ** 2 for c in axis), start=arb(0))
+        power = round(float((squares.log() / (2 * arb(2).log())).mid()))  # the length may be beyond all floats
     factor = fmpq(1, 1 << power) if power > 0 else fmpq(1 << -power)
     x, y, z = (c * factor for c in axis)
     return x, y, z

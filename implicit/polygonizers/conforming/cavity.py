@@ -93,6 +93,8 @@ class Cavity:
         self, places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int
     ) -> tuple[IntArray, bool]:
         """Tetrahedra in place of those that are gone, with the vertices from `first` on; whether they fit exactly."""
+        if not len(gone):
+            return np.zeros((0, 4), np.int64), first == len(places)
         faces = np.sort(np.concatenate([gone[:, face] for face in _FACES]), axis=1)
         keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
         rim = keys[uses == 1]
@@ -110,7 +112,7 @@ class Cavity:
         return filled, bool(abs(volume - 1) < _SLACK)
 
     def _fill_hole(self, places: FloatArray, rows: IntArray, rim: IntArray, first: int) -> IntArray:
-        """The Delaunay tetrahedra of vertices `rows` on the inner side of the faces `rim`, where those from `first` are."""
+        """The Delaunay tetrahedra of vertices `rows` on that side of the faces `rim` where those from `first` are."""
         key = places[rows].tobytes()
         if key not in self.known:
             delaunay = Delaunay(places[rows])

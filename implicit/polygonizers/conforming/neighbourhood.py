@@ -88,7 +88,7 @@ def mesh_neighbourhood(
     if before is not None and same:
         skeleton = replace(before.skeleton, around=before.patch.around)
         skeleton.add(seeds)
-        patch = mesh_region(local, skeleton, local.grid.cells, rng)
+        patch = mesh_region(local, skeleton, local.grid.cells, rng, before.patch)
         if not len(patch.doubtful):
             return _conclude(patch, skeleton, frame, limits)
     for turn in range(_RETRIES + 1):

@@ -34,7 +34,7 @@ class Patch:
 
     names (v, 2): the ends of the edge of each vertex, equal on the singular set. on: the vertex of each vertex of the
     skeleton, -1 where none is used. doubtful (n, 3): places where something could not be resolved. around (m, 3): the
-    vertices off the singular set that were added to the lattice.
+    vertices off the singular set that were added to the lattice, by `cavity`.
     """
 
     region: Region
@@ -45,18 +45,22 @@ class Patch:
     doubtful: FloatArray
     blocked: FloatArray
     around: FloatArray
+    cavity: Cavity
 
 
-def mesh_region(local: Local, skeleton: Skeleton, size: IntArray, rng: np.random.Generator) -> Patch:
-    """The mesh near a skeleton on a lattice of `size` cells."""
+def mesh_region(
+    local: Local, skeleton: Skeleton, size: IntArray, rng: np.random.Generator, before: Patch | None = None
+) -> Patch:
+    """The mesh near a skeleton on a lattice of `size` cells; before: one with the first vertices of this skeleton."""
     doubtful, blocked = [], []
     refined = False
     around = skeleton.around
-    cavity = Cavity()
+    cavity = before.cavity if before else Cavity()
+    held = before.region if before else None
     tested = np.zeros(0)
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
-        region = build_region(cells_round(_touched(skeleton, new), _REACH, size), size)
+        region = held = _region(held, _touched(skeleton, new), size)
         dead = dead_vertices(region, skeleton.cleared, new)
         stay, fresh, fits = cavity.fill(region, dead, new)
         places = np.concatenate([region.places, new])
@@ -84,7 +88,14 @@ def mesh_region(local: Local, skeleton: Skeleton, size: IntArray, rng: np.random
     if not fits or flat_tetrahedra(signs, np.concatenate([stay, fresh])):
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
-    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around)
+    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity)
+
+
+def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
+    """The last region where it reaches far enough, else a new one, with a cell to spare if there was one before."""
+    if last is not None and last.holds(cells_round(touched, _REACH, size)).all():
+        return last
+    return build_region(cells_round(touched, _REACH + (last is not None), size), size)
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
@@ -169,6 +180,7 @@ def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArra
 def _patch(
     local: Local, region: Region, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray,
     skeleton: Skeleton, doubtful: list[FloatArray], blocked: list[FloatArray], around: FloatArray,
+    cavity: Cavity,
 ) -> Patch:  # fmt: skip
     """The triangles in all tetrahedra and pyramids, with their vertices on f = 0."""
     first, count = len(region.places), len(skeleton.on)
@@ -190,4 +202,5 @@ def _patch(
         np.concatenate([np.zeros((0, 3)), *doubtful]),
         np.concatenate([np.zeros((0, 3)), *blocked]),
         around,
+        cavity,
     )
