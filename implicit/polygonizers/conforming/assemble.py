@@ -104,8 +104,6 @@ def conforming(
     searched for singular points, and what is left of them is listed too. It is empty when there is nothing of the
     kind. Not promised: the topology elsewhere, which is seen by the lattice's signs and these tests alone.
 
-    Known wrong: -x^3 + 2xz - y^2 z in Ball(1.5) at 40 cells has Euler characteristic -1, not 1, and no box listed.
-
     Raises NotPolynomialError when the formula is no polynomial and no locus is given.
 
     >>> from implicit import Surface

@@ -21,6 +21,9 @@ _REACH = 2
 _SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
 _TURN = 0.2
+_AWAY = 0.3
+_FLAT = 0.05
+"""Triangles this thin may face anywhere."""
 _GROWTH = 4
 _SPARE = 3000
 """More vertices than so many times those at the start, and these, are not tried."""
@@ -145,7 +148,9 @@ def _unseen(
 def _turning(
     local: Local, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray, first: int, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Middles and sizes of the triangles off the singular set over which the gradient turns too far."""
+    """Middles and sizes of the triangles off the singular set over which the gradient turns too far, or that face away
+    from it at all corners.
+    """
     named = in_tetrahedra(places, signs, np.concatenate([stay, fresh]))
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
     ends, inverse = _unique_names(named)
@@ -155,7 +160,10 @@ def _turning(
     n, corners = normals[faces], points[faces]
     dots = np.minimum.reduce([np.einsum("ij,ij->i", n[:, k], n[:, (k + 1) % 3]) for k in range(3)])
     size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    bad = (dots < _TURN) & (size > 1e-3)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(across, axis=1)
+    away = np.einsum("ik,ijk->ij", across, n).max(axis=1) < -_AWAY * area
+    bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
     return corners[bad].mean(axis=1), size[bad]
 
 
