@@ -28,7 +28,8 @@ def differentiate(
     """
     n = points
     for q in range(count - 1):
-        fill(adjoints[q, :n], 0.0)
+        if code[start + q, 0] != CONST:
+            fill(adjoints[q, :n], 0.0)
     fill(adjoints[count - 1, :n], 1.0)
     for axis in range(3):
         fill(gradients[axis, :n], 0.0)
@@ -44,6 +45,11 @@ def differentiate(
                 total[k] += g[k]
         elif operation == CONST:
             continue
+        elif operation <= DIV and (code[start + a, 0] == CONST) != (code[start + b, 0] == CONST):
+            first = code[start + a, 0] == CONST
+            number = constants[code[start + (a if first else b), 1], 0]
+            other = b if first else a
+            _with_number(operation, g, value, registers[other], adjoints[other], number, first)
         elif operation <= DIV:
             _binary(operation, g, value, registers[a], registers[b], adjoints[a], adjoints[b])
         elif operation <= POW:
@@ -65,6 +71,27 @@ def differentiate(
                     taken = branch[k] == value[k]
                     target[k] += free[k] if taken else 0.0
                     free[k] = 0.0 if taken else free[k]
+
+
+@njit(**INNER)
+def _with_number(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, number: float, first: bool) -> None:
+    """An operation on an array and a number, the number first or second."""
+    n = g.shape[0]
+    if operation == DIV and first:
+        for k in range(n):
+            to_a[k] -= g[k] / a[k] * value[k] if g[k] != 0.0 else 0.0
+        return
+    factor = 1.0
+    if operation == MUL:
+        factor = number
+    elif operation == SUB and first:
+        factor = -1.0
+    if operation == DIV:
+        for k in range(n):
+            to_a[k] += g[k] / number
+    else:
+        for k in range(n):
+            to_a[k] += g[k] * factor
 
 
 @njit(**INNER)

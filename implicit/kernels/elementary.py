@@ -120,6 +120,30 @@ def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
 
 
 @njit(**INNER)
+def binary_number(operation: int, out: Floats, a: Floats, number: float, first: bool) -> None:
+    """One operation on an array and a number, the number first or second."""
+    n = out.shape[0]
+    a = a[:n]
+    if operation == ADD:
+        for k in range(n):
+            out[k] = a[k] + number
+    elif operation == MUL:
+        for k in range(n):
+            out[k] = a[k] * number
+    elif operation == SUB:
+        # number - a is -(a - number), bit for bit but for the sign of 0
+        sign = -1.0 if first else 1.0
+        for k in range(n):
+            out[k] = sign * (a[k] - number)
+    elif first:
+        for k in range(n):
+            out[k] = number / a[k]
+    else:
+        for k in range(n):
+            out[k] = a[k] / number
+
+
+@njit(**INNER)
 def unary(operation: int, out: Floats, a: Floats) -> None:
     """One operation on one array; NaN where it is no real number."""
     n = out.shape[0]

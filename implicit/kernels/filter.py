@@ -105,7 +105,10 @@ def bound_errors(
                 error = max(error, errors[arguments[a + t]])
             largest[q], errors[q] = size, error
             continue
-        size, error, rounding = _rule(operation, largest, errors, a, b, registers, n, constants)
+        divisor = b if operation == DIV else a
+        size, error, rounding = _rule(
+            operation, largest, errors, a, b, registers, n, constants, code[divisor, 0] == CONST
+        )
         size *= 1 + 4 * UNIT
         largest[q] = size
         errors[q] = (error + rounding * size) * (1 + 4 * UNIT) + TINY
@@ -113,9 +116,20 @@ def bound_errors(
 
 @njit(**OPTIONS)
 def _rule(
-    operation: int, largest: Floats, errors: Floats, a: int, b: int, registers: Floats, n: int, constants: Floats
+    operation: int,
+    largest: Floats,
+    errors: Floats,
+    a: int,
+    b: int,
+    registers: Floats,
+    n: int,
+    constants: Floats,
+    by_number: bool,
 ) -> tuple[float, float, float]:
-    """Largest value, error carried over from the operands, and relative rounding error of one operation."""
+    """Largest value, error carried over from the operands, and relative rounding error of one operation.
+
+    by_number: whether the operand that must not vanish is a number; registers of numbers may not be filled.
+    """
     size, error = largest[a], errors[a]
     if operation in (ADD, SUB):
         return size + largest[b], error + errors[b], UNIT
@@ -130,8 +144,8 @@ def _rule(
     if operation == ATAN:
         return min(size, 1.6), error, LIBRARY
     divisor = b if operation == DIV else a
-    least = np.inf
-    for k in range(n):
+    least = largest[divisor] if by_number and operation == DIV else np.inf
+    for k in range(0 if by_number and operation == DIV else n):
         value = registers[divisor, k]
         least = min(least, abs(value) if operation == DIV else value)
     if operation == EXP:

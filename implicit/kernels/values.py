@@ -8,7 +8,19 @@ scattered points every register is full and holds one value per point.
 import numpy as np
 from numba import njit
 
-from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows, binary, copy, fill, power, unary
+from implicit.kernels.elementary import (
+    INNER,
+    OPTIONS,
+    Floats,
+    Indices,
+    Rows,
+    binary,
+    binary_number,
+    copy,
+    fill,
+    power,
+    unary,
+)
 from implicit.tape import CONST, DIV, MIN, POW
 
 WIDTH = 528  # floats in a row of registers: 512 samples, and no two rows a multiple of 4096 bytes apart
@@ -74,6 +86,13 @@ def aligned(registers: Floats, r: int, own: int, mask: int, side: int, scratch: 
     return scratch
 
 
+@njit(**INNER)
+def _fill_number(code: Rows, start: int, r: int, constants: Floats, points: int, registers: Floats) -> None:
+    """Fill register r if it is a number and there are scattered points: on a brick it has one value already."""
+    if points and code[start + r, 0] == CONST:
+        fill(registers[r, :points], constants[code[start + r, 1], 0])
+
+
 @njit(**OPTIONS)
 def evaluate(
     code: Rows,
@@ -89,6 +108,8 @@ def evaluate(
     scratch: Floats,
 ) -> None:
     """Registers 0 .. count-1 of the tape in rows start .. start+count-1 of `code`; the result is the last.
+
+    Registers of numbers are filled only where an operation needs an array.
 
     points 0: a brick, axes (3, >= side) hold its lattice coordinates. points n > 0: n scattered points, axes (3, >= n)
     hold their coordinates. registers (>= count, >= values), scratch (2, >= values).
@@ -106,13 +127,24 @@ def evaluate(
         if operation < CONST:
             copy(out, axes[operation])
         elif operation == CONST:
-            fill(out, constants[a, 0])
+            if not points or q == count - 1:
+                fill(out, constants[a, 0])
         elif operation == POW:
+            _fill_number(code, start, a, constants, points, registers)
             power(out, registers[a], constants[b, 0])
         elif operation > DIV and operation < MIN:
+            _fill_number(code, start, a, constants, points, registers)
             unary(operation, out, registers[a])
+        elif operation <= DIV and (code[start + a, 0] == CONST) != (code[start + b, 0] == CONST):
+            first = code[start + a, 0] == CONST
+            number = constants[code[start + (a if first else b), 1], 0]
+            binary_number(operation, out, registers[b if first else a], number, first)
         else:  # two operands, or the several of MIN and MAX one after the other
             chain = operation >= MIN
+            for t in range(b if chain else 2):
+                _fill_number(
+                    code, start, arguments[a + t] if chain else (a if t == 0 else b), constants, points, registers
+                )
             first = arguments[a] if chain else a
             left = aligned(registers, first, 7 if points else code[start + first, 3], mask, side, scratch[0])
             if chain and b == 1:
