@@ -65,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     mesh = verbs.add_parser("mesh", help="one surface as a file of triangles")
     _add_surface(mesh)
     mesh.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help=".stl .ply .obj .glb .vtp or .3mf")
+    mesh.add_argument("--separate", action="store_true", help="a vertex for each sheet where sheets cross or touch")
     mesh.set_defaults(run=commands.mesh)
 
     doctor = verbs.add_parser("doctor", help="what this machine has and lacks")

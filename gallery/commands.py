@@ -83,6 +83,8 @@ def mesh(options: Namespace) -> int:
 
     check_suffix(options.out)
     made: Any = make(options)[0][0]
+    if options.separate:
+        made = made.separate()
     save(made, options.out)
     say(made.report())
     return 0

@@ -214,6 +214,12 @@ class Mesh:
         double = np.linalg.norm(_cross(self.vertices, self.faces), axis=1)
         return int(np.count_nonzero(double <= _FLAT * longest))
 
+    def separate(self) -> Mesh:
+        """The mesh with a vertex for each sheet where sheets cross or touch: manifold, as printers want it."""
+        from implicit.separate import separate
+
+        return separate(self)
+
     def save(self, path: str | PathLike[str]) -> None:
         """Write the mesh in the format of the suffix: stl, ply, obj, glb, 3mf or vtp."""
         from implicit.files import save

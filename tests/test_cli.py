@@ -76,6 +76,12 @@ def test_bad_input_is_explained_without_a_traceback(
     assert not list(tmp_path.iterdir())
 
 
+def test_sheets_are_separated_on_request(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("mesh", "x^2 + y^2 = z^2", "-o", str(tmp_path / "a.stl"), "--resolution", "12", "--bounds", "1")
+    assert run(*words) == 0 and "not manifold" in capsys.readouterr().out
+    assert run(*words, "--separate") == 0 and "not manifold" not in capsys.readouterr().out
+
+
 def test_an_unknown_suffix_is_refused_before_the_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("mesh", "barth_sextic", "-o", str(tmp_path / "a.step")) == 2
     assert ".stl" in capsys.readouterr().err
