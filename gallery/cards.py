@@ -36,6 +36,7 @@ class Job:
 class Card:
     """What was found out about a surface.
 
+    beside          the picture of scikit-image's mesh with the same cells
     conforming      whether the mesh has the singular points and curves as vertices and edges; else its topology near
                     them is the lattice's
     contradictions  what is not as the catalogue says
@@ -44,6 +45,7 @@ class Card:
 
     name: str
     picture: str = ""
+    beside: str = ""
     renderer: str = ""
     degree: int | None = None
     singular_points: int | None = None
@@ -86,7 +88,15 @@ def _draw(entry: Entry, job: Job) -> Card:
     card, things = maker(entry, job.quality)
     picture = f"{entry.name}.png"
     render(things, job.folder / picture, size=job.size, look=entry.look, renderer=renderer)
-    return replace(card, picture=picture, renderer=renderer, contradictions=contradictions(card, entry.facts))
+    card = replace(card, picture=picture, renderer=renderer, contradictions=contradictions(card, entry.facts))
+    if entry.beside:
+        from gallery.beside import plain_mesh
+
+        cells = round(RESOLUTION[job.quality] * entry.detail)
+        mesh = plain_mesh(make_surface(entry), entry_bounds(entry), cells)
+        card = replace(card, beside=f"{entry.name}_scikit_image.png")
+        render([mesh], job.folder / card.beside, size=job.size, look=entry.look, renderer=renderer)
+    return card
 
 
 def implicit_card(entry: Entry, quality: Quality, resolution: int | None = None) -> tuple[Card, list[object]]:

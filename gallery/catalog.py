@@ -39,6 +39,7 @@ class Entry:
     control_net whether the control points are drawn
     method      how `polygonize` is asked to make an implicit surface's mesh
     detail      how much finer than usual the mesh must be to show the surface well
+    beside      whether the picture of a plain marching cubes stands beside ours
     """
 
     name: str
@@ -54,6 +55,7 @@ class Entry:
     control_net: bool = False
     method: str = "auto"
     detail: float = 1.0
+    beside: bool = False
 
     @property
     def kind(self) -> Literal["implicit", "parametric"]:

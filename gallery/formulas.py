@@ -29,6 +29,7 @@ FORMULAS = (
         Facts(degree=3, singular_points=1, types="A1", singular_curves=0, closed=False, euler=2),
         Ball(1.5),
         look=replace(OCEAN, view=(1.0, 0.35, 1.7), up=(0.0, 1.0, 0.0)),
+        beside=True,
     ),
     Entry(
         "chapter_a5",
@@ -39,6 +40,7 @@ FORMULAS = (
         Ball(1.5),
         look=replace(TEAL, view=(-1.0, -1.7, 1.0)),
         detail=0.5,
+        beside=True,
     ),
     Entry(
         "chapter_line",
@@ -49,6 +51,7 @@ FORMULAS = (
         Ball(1.5),
         look=replace(PLUM, view=(1.7, 1.2, 0.6), up=(0.0, 1.0, 0.0)),
         detail=0.7,
+        beside=True,
     ),
     Entry(
         "hyperbolic_paraboloid",
@@ -108,6 +111,7 @@ FORMULAS = (
         Facts(degree=3, singular_points=4, types="4 A1", singular_curves=0, closed=False, euler=2),
         Ball(1.8),
         look=replace(MOSS, view=(1.0, -2.2, 0.8)),
+        beside=True,
     ),
     Entry(
         "clebsch_cubic",
@@ -131,6 +135,7 @@ FORMULAS = (
         look=GOLD,
         detail=1.5,
         method="marching",
+        beside=True,
     ),
     Entry(
         "whitney_umbrella",
@@ -141,6 +146,7 @@ FORMULAS = (
         Ball(1.5),
         look=replace(PLUM, view=(1.7, -1.2, 0.9)),
         detail=0.8,
+        beside=True,
     ),
     Entry(
         "kummer_quartic",
@@ -150,8 +156,8 @@ FORMULAS = (
         Facts(degree=4, singular_points=16, types="16 A1", singular_curves=0, closed=False),
         Ball(1.9),
         look=TEAL,
-        method="marching",
         detail=1.3,
+        beside=True,
     ),
     Entry(
         "steiner_roman",
@@ -162,6 +168,7 @@ FORMULAS = (
         Ball(1.25),
         look=MOSS,
         detail=0.5,
+        beside=True,
     ),
     Entry(
         "togliatti_quintic",

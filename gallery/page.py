@@ -24,6 +24,8 @@ article { background: var(--card); border: 1px solid var(--line); border-radius:
   display: flex; flex-direction: column; }
 article.bad { border: 2px solid var(--bad); }
 article img { display: block; width: 100%; height: auto; background: #fff; }
+figure { margin: 0; border-top: 1px solid var(--line); }
+figcaption { padding: 0.3rem 1.1rem 0; color: var(--soft); font-size: 0.8rem; }
 .text { padding: 0.9rem 1.1rem 1rem; display: flex; flex-direction: column; gap: 0.55rem; flex: 1; }
 h2 { margin: 0; font: 600 1.15rem/1.3 Georgia, serif; }
 .formula { font-family: Georgia, "Times New Roman", serif; overflow-wrap: anywhere; }
@@ -73,6 +75,12 @@ def _article(card: Card, entry: Entry, job: Job) -> str:
         picture = (
             f'<a href="{card.picture}"><img src="{card.picture}" width="{width}" height="{height}" '
             f'alt="{title}" loading="lazy"></a>'
+        )
+    if card.beside:
+        picture += (
+            f'<figure><a href="{card.beside}"><img src="{card.beside}" width="{width}" height="{height}" '
+            f'alt="{title} by scikit-image" loading="lazy"></a>'
+            f"<figcaption>the same cells by scikit-image’s marching cubes</figcaption></figure>"
         )
     problems = "".join(
         f'<p class="problem">{escape(text)}</p>' for text in (card.failure, *card.contradictions) if text

@@ -12,12 +12,22 @@ import pytest
 
 from gallery import cards, sheet
 from gallery.__main__ import main
-from gallery.cards import Card, Job, contradictions, entry_bounds, implicit_card, make_surface, parametric_card
+from gallery.beside import plain_mesh
+from gallery.cards import (
+    Card,
+    Job,
+    contradictions,
+    entry_bounds,
+    implicit_card,
+    make_card,
+    make_surface,
+    parametric_card,
+)
 from gallery.catalog import Entry, Facts, catalog, find
 from gallery.measure import distance_to_triangles, implicit_distance, parametric_distance
 from gallery.page import write_page
 from gallery.typeset import typeset
-from implicit import Mesh, Surface, polygonize
+from implicit import Ball, Box, Mesh, Surface, polygonize
 
 ENTRIES = catalog()
 IMPLICIT = [entry for entry in ENTRIES.values() if entry.kind == "implicit"]
@@ -229,3 +239,18 @@ def test_notebooks_run(path: Path) -> None:
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert any("image/png" in output.get("data", {}) for output in outputs)
     assert not [output for output in outputs if output.get("name") == "stderr"]
+
+
+def test_a_plain_marching_cubes_stands_beside_singular_surfaces(tmp_path: Path) -> None:
+    job = Job(tmp_path, (160, 120), "draft", "matplotlib")
+    card = make_card("cayley_cubic", job)
+    assert card.good and (tmp_path / card.beside).stat().st_size > 0
+    write_page([card], job)
+    assert card.beside in (tmp_path / "index.html").read_text(encoding="utf-8")
+
+
+def test_the_mesh_beside_looks_outward() -> None:
+    mesh = plain_mesh(Surface("x^2 + y^2 + z^2 = 1"), Box((-1.2,) * 3, (1.2,) * 3), 20)
+    assert mesh.report().closed and mesh.volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
+    cut = plain_mesh(Surface("z"), Ball(1), 20)
+    assert np.linalg.norm(cut.vertices, axis=1).max() <= 1 + 1e-12
