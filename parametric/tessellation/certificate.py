@@ -58,10 +58,10 @@ def _bound(net: Triangulation, surface: ParametricSurface, which: Ints) -> Array
     corners = net.vertices[net.triangles.corners[which]]
     scale = float(np.abs(surface.points).max())
     worst = np.zeros(which.size)
-    for region in _regions(net, which):
+    for rows, region in _regions(net, which):
         u, v = (region[..., axis] @ places.T for axis in (0, 1))
         values = matrix @ _values(surface, u, v)
-        np.maximum(worst, farthest(corners, np.ascontiguousarray(values)), out=worst)
+        worst[rows] = np.maximum(worst[rows], farthest(corners[rows], np.ascontiguousarray(values)))
     slack = rounding * scale
     if surface.weights is not None:
         slack *= 4 * float(surface.weights.max() / surface.weights.min()) ** 2
@@ -78,8 +78,8 @@ def _values(surface: BSplineSurface, u: Array, v: Array) -> Array:
     return np.concatenate([weighted, alone[..., :1]], axis=-1)
 
 
-def _regions(net: Triangulation, which: Ints) -> list[Array]:
-    """Triangles (n, 3, 2) of the domain that cover what each triangle stands for: one, or two at a pole.
+def _regions(net: Triangulation, which: Ints) -> list[tuple[Ints, Array]]:
+    """Rows of `which` and triangles (n, 3, 2) of the domain that cover what they stand for: one, or two at a pole.
 
     At a pole a corner of the triangle is a side of the domain: the region is a quadrilateral.
     """
@@ -95,4 +95,6 @@ def _regions(net: Triangulation, which: Ints) -> list[Array]:
             corner = second[rows, a].copy()
             corner[:, :] = first[rows, k]
             second[rows, a] = corner
-    return [first, second] if (t.free[which] >= 0).any() else [first]
+    at_poles = np.flatnonzero((t.free[which] >= 0).any(axis=1))
+    every = (np.arange(which.size), first)
+    return [every, (at_poles, second[at_poles])] if at_poles.size else [every]
