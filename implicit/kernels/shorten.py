@@ -47,6 +47,29 @@ def shorten(
     Returns the number of rows and the end of the arguments. The number is `count` when nothing was dropped, and then
     nothing is written that is needed: the old tape serves.
     """
+    if _mark(code, start, count, arguments, constants, low, high, i, j, k, side, work) == 0:
+        return count, out_arguments
+    return _write(code, start, count, arguments, low, high, i, j, k, side, out, out_arguments, work)
+
+
+@njit(**OPTIONS)
+def _mark(
+    code: Rows,
+    start: int,
+    count: int,
+    arguments: Indices,
+    constants: Floats,
+    low: Floats,
+    high: Floats,
+    i: int,
+    j: int,
+    k: int,
+    side: int,
+    work: Rows,
+) -> int:
+    """Set work[0] to which registers matter, 2 for a MIN or MAX that loses branches, and work[1] to the register that
+    stands for one, or -1; how much can be dropped.
+    """
     live, place, zero = work[0], work[1], work[2]
     _find_zeros(code, start, count, arguments, constants, low, high, i, j, k, side, zero)
     for q in range(count):
@@ -89,8 +112,27 @@ def shorten(
             dropped += b - kept
             if kept == 1:
                 place[q] = last
-    if dropped == 0:
-        return count, out_arguments
+    return dropped
+
+
+@njit(**OPTIONS)
+def _write(
+    code: Rows,
+    start: int,
+    count: int,
+    arguments: Indices,
+    low: Floats,
+    high: Floats,
+    i: int,
+    j: int,
+    k: int,
+    side: int,
+    out: int,
+    out_arguments: int,
+    work: Rows,
+) -> tuple[int, int]:
+    """Write what matters behind the pool; the number of rows and the end of the arguments."""
+    live, place = work[0], work[1]
     rows = 0
     end = out_arguments
     for q in range(count):
