@@ -1,7 +1,7 @@
 """A tape without what cannot matter in one box: branches of min and max that cannot win, abs of what has one sign,
 and sums with what is 0 once such a branch is gone.
 
-The shortened tape computes the same values, bit for bit, at every sample in the box.
+The shortened tape computes the same values, bit for bit, at every sample in the box. Equal ones are kept once.
 """
 
 import numpy as np
@@ -167,6 +167,47 @@ def _write(
         place[q] = rows
         rows += 1
     return rows, end
+
+
+@njit(**OPTIONS)
+def find_equal(code: Rows, arguments: Indices, start: int, count: int, known: Rows) -> int:
+    """The first row of a tape equal to the one in rows start .. start+count-1, or `start`, which is then known too.
+
+    known (2, a power of two) keeps the first row and the number of rows of a tape by its hash, -1 where there is none;
+    a tape that finds its place taken by another takes it over.
+    """
+    mix = np.uint64(count)
+    for q in range(start, start + count):
+        a, b = code[q, 1], code[q, 2]
+        if code[q, 0] >= MIN:
+            for t in range(b):
+                mix = (mix ^ np.uint64(arguments[a + t])) * np.uint64(0x9E3779B97F4A7C15)
+            a = b
+        mix = (mix ^ np.uint64(code[q, 0])) * np.uint64(0x9E3779B97F4A7C15)
+        mix = (mix ^ np.uint64(a)) * np.uint64(0x9E3779B97F4A7C15)
+        mix = (mix ^ np.uint64(b)) * np.uint64(0x9E3779B97F4A7C15)
+    place = np.int64((mix >> np.uint64(32)) & np.uint64(known.shape[1] - 1))
+    if known[1, place] == count and _equal(code, arguments, np.int64(known[0, place]), start, count):
+        return np.int64(known[0, place])
+    known[0, place], known[1, place] = start, count
+    return start
+
+
+@njit(**OPTIONS)
+def _equal(code: Rows, arguments: Indices, first: int, second: int, count: int) -> bool:
+    """Whether two tapes of `count` rows are equal, whichever places the operands of their MIN and MAX are in."""
+    for q in range(count):
+        if code[first + q, 0] != code[second + q, 0] or code[first + q, 2] != code[second + q, 2]:
+            return False
+        a, b = code[first + q, 1], code[second + q, 1]
+        if code[first + q, 0] < MIN:
+            if a != b:
+                return False
+        else:
+            for t in range(code[first + q, 2]):
+                if arguments[a + t] != arguments[b + t]:
+                    return False
+    return True
 
 
 @njit(**OPTIONS)

@@ -74,6 +74,7 @@ class _Run:
         self.codes = np.empty(room, np.int32)
         self.part, self.state = np.empty((FOUND_ROWS, room)), np.empty((STATE_ROWS, room))
         self.rows, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
+        self.begins = np.zeros(self.last - self.first + 1, np.int64)
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
         self.starts = np.zeros(BATCH + 1, np.int64)
         self.low_x = np.empty((2, rows, columns, 128), np.int32)
@@ -83,7 +84,7 @@ class _Run:
         self.vertices, self.normals = (np.empty((room + bricks * _ROOM, 3)) for _ in range(2))
         self.faces = np.empty((BATCH * TRIANGLES_PER_BRICK + 2 * bricks * _ROOM, 3), np.int64)
         self.pinned: list[IntArray] = []
-        self.n = self.t = self.flat = 0
+        self.n = self.t = self.flat = self.waiting = 0
 
     def __call__(self) -> "_Run":
         """Sweep the run."""
@@ -95,6 +96,7 @@ class _Run:
             for first, last in batches(stop - start, BATCH):
                 self._batch(start + first, start + last)
                 self.job.advance(last - first)
+            self._search(stop)
         for array, rows in ((self.vertices, self.n), (self.normals, self.n), (self.faces, self.t)):
             array.resize((rows, 3), refcheck=False)
         return self
@@ -112,6 +114,8 @@ class _Run:
             )  # fmt: skip
             if not finite:
                 refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])
+            place = first + begin - self.first
+            self.begins[place : place + end - begin + 1] = self.n + self.starts[begin : end + 1]
             if n:
                 guess(
                     self.codes, self.starts, begin, end, samples.reshape(-1), bricks, lattice.padded, lattice.cells,
@@ -121,27 +125,32 @@ class _Run:
             begin = end
 
     def _refine(self, first: int, last: int, n: int, starts: IntArray) -> None:
-        sampler, tolerance = self.sampler, self.sampler.lattice.precision
+        """Take one step for the n crossings of bricks `first` to `last`; those that need more wait for `_search`."""
+        if self.waiting + n > len(self.rows):
+            self._search(first)
         self.vertices = _with_room(self.vertices, self.n, self.n + n)
         self.normals = _with_room(self.normals, self.n, self.n + n)
-        values, gradients = sampler.near(self.found[:3, :n], first, last, starts)
-        waiting, count, flat = settle(
-            self.found, values, gradients, n, tolerance, self.vertices, self.normals, self.n, self.rows, self.part,
-            self.state, self.at_points,
+        values, gradients = self.sampler.near(self.found[:3, :n], first, last, starts)
+        self.waiting, count, flat = settle(
+            self.found, values, gradients, n, self.sampler.lattice.precision, self.vertices, self.normals, self.n,
+            self.rows, self.part, self.state, self.waiting, self.at_points,
         )  # fmt: skip
         self._note(count, flat)
-        if waiting:
-            gradients = search(
-                self.part, self.state, self.rows, waiting,
-                lambda points, rows: sampler.near(points, first, last, np.searchsorted(rows, starts)), tolerance,
-            )  # fmt: skip
-            self._note(
-                *finish(
-                    self.part, gradients, self.rows, waiting, tolerance, self.vertices, self.normals, self.n,
-                    self.at_points,
-                )
-            )  # fmt: skip
         self.n += n
+
+    def _search(self, stop: int) -> None:
+        """Move the crossings that wait onto the surface; `stop` is one after the last brick with any."""
+        if not self.waiting:
+            return
+        sampler, tolerance, rows = self.sampler, self.sampler.lattice.precision, self.rows[: self.waiting]
+        first = self.first + int(np.searchsorted(self.begins[: stop - self.first], rows[0], "right")) - 1
+        begins = self.begins[first - self.first : stop - self.first + 1]
+        gradients = search(
+            self.part, self.state, rows,
+            lambda points, rows: sampler.near(points, first, stop, np.searchsorted(rows, begins)), tolerance,
+        )  # fmt: skip
+        self._note(*finish(self.part, gradients, rows, tolerance, self.vertices, self.normals, self.at_points))
+        self.waiting = 0
 
     def _note(self, count: int, flat: int) -> None:
         """Keep the vertices that were found at lattice points, and count those without a normal."""

@@ -22,8 +22,11 @@ Gradients = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
 STATE_ROWS = 5
 """Rows of a search: 0-1 the bracket, 2-3 f at its ends, 4 the length of the last step, 0 when settled."""
 
-_CLOSE = 1e-6
+_CLOSE = 1e-4
 """A step settles a crossing when it is at most this share of the edge: the normal then belongs to the vertex."""
+
+_BEND = 100.0
+"""A step settles a crossing when the bend of f moves its end by so many tolerances at most; that is corrected."""
 
 _LANES = 64
 """Crossings at a time."""
@@ -35,18 +38,19 @@ SNAP = 4.0
 @njit(cache=True, nogil=True, error_model="numpy")
 def settle(
     found: Any, values: Any, gradients: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
-    rows: Any, part: Any, state: Any, pinned: Any,
+    rows: Any, part: Any, state: Any, waiting: int, pinned: Any,
 ) -> Any:  # fmt: skip
     """One step for n crossings, written with their unit normals from row `first` of vertices and normals on.
 
     values (n,) and gradients (3, n) belong to the points found[:3]. A step s of Newton leaves an error of about
-    s^2 |f'' / 2 f'|, with f'' from the divided differences through the ends of the edge; the gradient is that of a
-    point s away, so s has to be tiny as well. Those that do not settle by that are listed in `rows`, and copied to
-    `part` with their step done and the search begun in `state`. Returns how many these are; how many lie at a lattice
-    point, listed in `pinned` with their row; and how many have no normal.
+    s^2 f'' / 2 f', with f'' from the divided differences through the ends of the edge; it has to be small and is taken
+    off. The gradient is that of a point s away, so s has to be small as well. Those that do not settle by that are listed in `rows`, and copied to
+    `part` with their step done and the search begun in `state`, behind the `waiting` that are there already. Returns
+    how many these are then; how many lie at a lattice point, listed in `pinned` with their row; and how many have no
+    normal.
     """
     target, length, good = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES, np.bool_)
-    waiting, count, flat = np.int64(0), 0, 0  # a literal would compile `_begin` again
+    count, flat = 0, 0
     snap = SNAP * tolerance
     for base in range(0, n, _LANES):
         m = min(_LANES, n - base)
@@ -54,7 +58,7 @@ def settle(
         for q in range(m):
             k = base + q
             if not good[q]:
-                rows[waiting] = k
+                rows[waiting] = first + k
                 _begin(found, values, gradients, k, tolerance, part, state, waiting)
                 waiting += 1
                 continue
@@ -78,13 +82,14 @@ def _try(
         x = x0[k] if first else (x1[k] if second else x2[k])
         slope = a[k] if first else (b[k] if second else c[k])
         f, low, high, at_low, at_high = fs[k], lows[k], highs[k], at_lows[k], at_highs[k]
-        goal = x - f / slope
-        step = abs(goal - x)
-        # The bend is ((at_high - f) / (high - x) - (f - at_low) / (x - low)) / (high - low), multiplied out.
         before, behind, whole = x - low, high - x, high - low
-        bend = abs((at_high - f) * before - (f - at_low) * behind)
-        within = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole)
-        sure = within & (step * step * bend < tolerance * abs(slope) * before * behind * whole)
+        step = f / slope
+        # f'' / 2 is ((at_high - f) / (high - x) - (f - at_low) / (x - low)) / (high - low), multiplied out.
+        bend = (at_high - f) * before - (f - at_low) * behind
+        shift = step * step * bend / (slope * before * behind * whole)
+        goal = x - step - shift
+        step = abs(step)
+        sure = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole) & (abs(shift) <= _BEND * tolerance)
         # A sample that is 0 is the root, and the guess is there already.
         zero = ((at_low == 0.0) & (before <= tolerance)) | ((at_high == 0.0) & (behind <= tolerance))
         goal = goal if goal > low else low
@@ -174,31 +179,30 @@ def advance(found: Any, state: Any, values: Any, gradients: Any, n: int, toleran
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finish(
-    found: Any, gradients: Any, rows: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
-    pinned: Any,
-) -> tuple[int, int]:  # fmt: skip
-    """Write n points and unit normals to the rows first + rows; how many are listed in `pinned`, and without normal."""
+    found: Any, gradients: Any, rows: Any, tolerance: float, vertices: Any, normals: Any, pinned: Any
+) -> tuple[int, int]:
+    """Write points and unit normals to `rows` (n,); how many are listed in `pinned`, and how many have no normal."""
     count, flat = 0, 0
-    for k in range(n):
+    for k in range(len(rows)):
         target = found[int(found[7, k]), k]
         a, b, c = gradients[0, k], gradients[1, k], gradients[2, k]
         length = np.sqrt(a * a + b * b + c * c)
         count, flat = _write(
-            found, gradients, k, target, length, SNAP * tolerance, vertices, normals, first + rows[k], pinned, count,
-            flat,
+            found, gradients, k, target, length, SNAP * tolerance, vertices, normals, rows[k], pinned, count, flat
         )  # fmt: skip
     return count, flat
 
 
 def search(
-    found: FloatArray, state: FloatArray, rows: IntArray, n: int, gradients_at: Gradients, tolerance: float
+    found: FloatArray, state: FloatArray, rows: IntArray, gradients_at: Gradients, tolerance: float
 ) -> FloatArray:
-    """Move the n crossings whose search has begun onto the surface; their gradients (3, n).
+    """Move the crossings of vertices `rows` (n,), whose search has begun, onto the surface; their gradients (3, n).
 
     `gradients_at` gives values (m,) and gradients (3, m) at points (3, m) of the given rows (m,), which ascend.
     """
+    n = len(rows)
     still = np.empty(n + 1, np.int64)
-    values, gradients = gradients_at(found[:3, :n], rows[:n])
+    values, gradients = gradients_at(found[:3, :n], rows)
     while left := advance(found, state, values, gradients, n, tolerance, still):
         places = still[:left]
         values[places], gradients[:, places] = gradients_at(found[:3, places], rows[places])

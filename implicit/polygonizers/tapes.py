@@ -2,7 +2,7 @@
 
 Space is divided into 4 x 4 x 4 blocks again and again, down to single bricks. The 64 children of a block are enclosed
 together with the block's own tape; a child whose range has one sign is given up, the others go on with a tape from
-which all branches of min and max that cannot win there have been dropped.
+which all branches of min and max that cannot win there have been dropped. Blocks with equal tapes share one.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from implicit.evaluate import TapeField
 from implicit.kernels.adjoint import differentiate
 from implicit.kernels.ranges import enclose
-from implicit.kernels.shorten import place_of, shorten
+from implicit.kernels.shorten import find_equal, place_of, shorten
 from implicit.kernels.values import EVERYTHING, SIDE, WIDTH, evaluate, spread
 from implicit.polygonizers.lattice import Lattice
 
@@ -36,6 +36,7 @@ def _descend(
     written behind them.
     """
     low, high = np.empty((rows, 64)), np.empty((rows, 64))
+    known = np.full((2, 1 << 16), -1, np.int32)
     scratch, work = np.empty((5, 64)), np.empty((3, rows), np.int32)
     lower, upper = np.empty((3, _SPLIT)), np.empty((3, _SPLIT))
     end, most, count, depth = rows, used, 0, 1
@@ -69,7 +70,9 @@ def _descend(
                     )  # fmt: skip
                     target = start
                     if kept < length:
-                        target, end, most = end, end + kept, last
+                        target = find_equal(code, arguments, end, kept, known)
+                        if target == end:
+                            end, most = end + kept, last
                     corner = (x + i * width, y + j * width, z + k * width)
                     if level == 1:
                         leaves[count, 0], leaves[count, 1], leaves[count, 2] = corner
@@ -108,35 +111,36 @@ def _fill(code: Any, arguments: Any, constants: Any, axes: Any, leaves: Any, reg
 
 @njit(cache=True, nogil=True)
 def _near(
-    code: Any, arguments: Any, constants: Any, leaves: Any, starts: Any, points: Any, registers: Any, adjoints: Any,
-    values: Any, gradients: Any,
+    code: Any, arguments: Any, constants: Any, leaves: Any, order: Any, starts: Any, points: Any, registers: Any,
+    adjoints: Any, values: Any, gradients: Any,
 ) -> None:  # fmt: skip
-    """Values (n,) and gradients (3, n) at points (3, n), by the tape of the leaf that each belongs to."""
+    """Values (n,) and gradients (3, n) at points (3, n), by the tape of the leaf that each belongs to.
+
+    `order` has the leaves of one tape together: their points are taken together.
+    """
     scratch, slopes, part = np.empty((3, WIDTH)), np.empty((3, WIDTH)), np.empty((3, WIDTH))
     index, side, every = 0, np.int64(SIDE), np.int64(EVERYTHING)
-    while index < len(leaves):
-        start, count = np.int64(leaves[index, 3]), np.int64(leaves[index, 4])
-        first = starts[index]
-        index += 1
-        while (
-            index < len(leaves)
-            and leaves[index, 3] == start
-            and leaves[index, 4] == count
-            and starts[index + 1] - first <= SIDE**3
-        ):
+    members = np.empty(points.shape[1], np.int64)
+    while index < len(order):
+        start, count, many = np.int64(leaves[order[index], 3]), np.int64(leaves[order[index], 4]), 0
+        while index < len(order) and leaves[order[index], 3] == start and leaves[order[index], 4] == count:
+            for k in range(starts[order[index]], starts[order[index] + 1]):
+                members[many] = k
+                many += 1
             index += 1
-        for base in range(first, starts[index], SIDE**3):
-            n = min(SIDE**3, starts[index] - base)
+        for base in range(0, many, SIDE**3):
+            chosen = members[base : min(base + SIDE**3, many)]
+            n = len(chosen)
             for axis in range(3):
                 for k in range(n):
-                    part[axis, k] = points[axis, base + k]
+                    part[axis, k] = points[axis, chosen[k]]
             evaluate(code, start, count, arguments, constants, part, n, side, every, registers, scratch)
             differentiate(code, start, count, arguments, constants, n, registers, adjoints, slopes, scratch)
             for k in range(n):
-                values[base + k] = registers[count - 1, k]
+                values[chosen[k]] = registers[count - 1, k]
             for axis in range(3):
                 for k in range(n):
-                    gradients[axis, base + k] = slopes[axis, k]
+                    gradients[axis, chosen[k]] = slopes[axis, k]
 
 
 def _whole(bricks: BrickArray, rows: int) -> BrickArray:
@@ -218,7 +222,7 @@ class TapeSampler:
         values, gradients = np.empty(points.shape[1]), np.empty(points.shape)
         points = np.ascontiguousarray(points)
         _near(
-            self.code, self.arguments, self.field.tape.constants, leaves, starts, points, registers, adjoints, values,
-            gradients,
+            self.code, self.arguments, self.field.tape.constants, leaves, np.argsort(leaves[:, 3]), starts, points,
+            registers, adjoints, values, gradients,
         )  # fmt: skip
         return values, gradients
