@@ -31,6 +31,11 @@ _BEND = 100.0
 _LANES = 64
 """Crossings at a time."""
 
+_TILE_ROWS = 18
+
+_OPEN, _PINNED, _FLAT = np.uint8(1), np.uint8(2), np.uint8(4)
+"""Marks of a crossing: it needs more steps; it lies at a lattice point; it has no normal."""
+
 SNAP = 4.0
 """A root within this many tolerances of a lattice point is moved there."""
 
@@ -44,80 +49,88 @@ def settle(
 
     values (n,) and gradients (3, n) belong to the points found[:3]. A step s of Newton leaves an error of about
     s^2 f'' / 2 f', with f'' from the divided differences through the ends of the edge; it has to be small and is taken
-    off. The gradient is that of a point s away, so s has to be small as well. Those that do not settle by that are listed in `rows`, and copied to
-    `part` with their step done and the search begun in `state`, behind the `waiting` that are there already. Returns
-    how many these are then; how many lie at a lattice point, listed in `pinned` with their row; and how many have no
-    normal.
+    off. The gradient is that of a point s away, so s has to be small as well. Those that do not settle by that are
+    listed in `rows`, and copied to `part` with their step done and the search begun in `state`, behind the `waiting`
+    that are there already. Returns how many these are then; how many lie at a lattice point, listed in `pinned` with
+    their row; and how many have no normal.
     """
-    target, length, good = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES, np.bool_)
     count, flat = 0, 0
-    snap = SNAP * tolerance
+    tile, marks = np.zeros(_TILE_ROWS * _LANES), np.empty(_LANES, np.uint8)
     for base in range(0, n, _LANES):
         m = min(_LANES, n - base)
-        _try(found, values, gradients, base, m, tolerance, target, length, good)
+        for row in range(_TILE_ROWS - 6):
+            source = found[row] if row < FOUND_ROWS else (values if row == FOUND_ROWS else gradients[row - 9])
+            _put(tile[_LANES * row : _LANES * row + _LANES], source[base : base + m])
+        some = _step(tile, tolerance, marks)
         for q in range(m):
-            k = base + q
-            if not good[q]:
-                rows[waiting] = first + k
-                _begin(found, values, gradients, k, tolerance, part, state, waiting)
+            row = first + base + q
+            for axis in range(3):
+                vertices[row, axis] = tile[_LANES * (12 + axis) + q]
+                normals[row, axis] = tile[_LANES * (15 + axis) + q]
+        if some == 0:
+            continue
+        for q in range(m):
+            mark = marks[q]
+            if mark & _OPEN:
+                rows[waiting] = first + base + q
+                _begin(found, values, gradients, base + q, tolerance, part, state, waiting)
                 waiting += 1
-                continue
-            count, flat = _write(
-                found, gradients, k, target[q], length[q], snap, vertices, normals, first + k, pinned, count, flat
-            )
+            elif mark:
+                pinned[count] = first + base + q
+                count += (mark & _PINNED) != 0
+                flat += (mark & _FLAT) != 0
     return waiting, count, flat
 
 
 @njit(**INNER)
-def _try(
-    found: Any, values: Any, gradients: Any, base: int, n: int, tolerance: float, target: Any, length: Any, good: Any
-) -> None:
-    """Where one step leads, the length of the gradient, and whether the step settles; in a loop that vectorises."""
-    part = slice(base, base + n)
-    x0, x1, x2, lows, highs = found[0, part], found[1, part], found[2, part], found[3, part], found[4, part]
-    at_lows, at_highs, axes, fs = found[5, part], found[6, part], found[7, part], values[part]
-    a, b, c = gradients[0, part], gradients[1, part], gradients[2, part]
-    for k in range(n):
-        first, second = axes[k] == 0.0, axes[k] == 1.0
-        x = x0[k] if first else (x1[k] if second else x2[k])
-        slope = a[k] if first else (b[k] if second else c[k])
-        f, low, high, at_low, at_high = fs[k], lows[k], highs[k], at_lows[k], at_highs[k]
+def _put(row: Any, source: Any) -> None:
+    for k in range(len(source)):
+        row[k] = source[k]
+
+
+@njit(**INNER)
+def _step(tile: Any, tolerance: float, marks: Any) -> Any:
+    """Where one step leads and the unit normals, for all of a tile; what is to be said of each crossing in `marks`.
+
+    The rows of the tile (18 of _LANES each): 0-7 as in `found`, 8 f, 9-11 the gradient, then 12-14 the point and 15-17
+    the normal. One array with places known beforehand is what lets the loop vectorise. Returns all marks together.
+    """
+    some, snap = np.uint8(0), SNAP * tolerance
+    for k in range(_LANES):
+        x0, x1, x2, low = tile[k], tile[_LANES + k], tile[2 * _LANES + k], tile[3 * _LANES + k]
+        high, at_low, at_high = tile[4 * _LANES + k], tile[5 * _LANES + k], tile[6 * _LANES + k]
+        axis, f = tile[7 * _LANES + k], tile[8 * _LANES + k]
+        a, b, c = tile[9 * _LANES + k], tile[10 * _LANES + k], tile[11 * _LANES + k]
+        first, second = axis == 0.0, axis == 1.0
+        x = x0 if first else (x1 if second else x2)
+        slope = a if first else (b if second else c)
         before, behind, whole = x - low, high - x, high - low
-        step = f / slope
         # f'' / 2 is ((at_high - f) / (high - x) - (f - at_low) / (x - low)) / (high - low), multiplied out.
         bend = (at_high - f) * before - (f - at_low) * behind
+        step = f / slope
         shift = step * step * bend / (slope * before * behind * whole)
         goal = x - step - shift
         step = abs(step)
         sure = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole) & (abs(shift) <= _BEND * tolerance)
         # A sample that is 0 is the root, and the guess is there already.
         zero = ((at_low == 0.0) & (before <= tolerance)) | ((at_high == 0.0) & (behind <= tolerance))
+        goal = x if zero else goal
         goal = goal if goal > low else low
         goal = goal if goal < high else high
-        good[k] = sure | zero | (step <= tolerance)
-        target[k] = x if zero else goal
-        length[k] = np.sqrt(a[k] * a[k] + b[k] * b[k] + c[k] * c[k])
-
-
-@njit(cache=True, nogil=True, inline="always", error_model="numpy")
-def _write(
-    found: Any, gradients: Any, k: int, target: float, length: float, snap: float, vertices: Any, normals: Any,
-    row: int, pinned: Any, count: int, flat: int,
-) -> tuple[int, int]:  # fmt: skip
-    """Write a point and its unit normal; one near an end of its edge is moved there and listed."""
-    low, high, axis = found[3, k], found[4, k], found[7, k]
-    at_low, at_high = target - low <= snap, high - target <= snap
-    target = low if at_low else (high if at_high else target)
-    pinned[count] = row  # always, but counted only where true: a conditional store would cost a third of the time
-    count += at_low | at_high
-    vertices[row, 0] = target if axis == 0.0 else found[0, k]
-    vertices[row, 1] = target if axis == 1.0 else found[1, k]
-    vertices[row, 2] = target if axis == 2.0 else found[2, k]
-    scale = 1.0 / length if length > 0.0 else 0.0
-    normals[row, 0] = gradients[0, k] * scale
-    normals[row, 1] = gradients[1, k] * scale
-    normals[row, 2] = gradients[2, k] * scale
-    return count, flat + (not length > 0.0)
+        near_low, near_high = goal - low <= snap, high - goal <= snap
+        goal = low if near_low else (high if near_high else goal)
+        length = np.sqrt(a * a + b * b + c * c)
+        scale = 1.0 / length if length > 0.0 else 0.0
+        tile[12 * _LANES + k] = goal if first else x0
+        tile[13 * _LANES + k] = goal if second else x1
+        tile[14 * _LANES + k] = x2 if first | second else goal
+        tile[15 * _LANES + k], tile[16 * _LANES + k], tile[17 * _LANES + k] = a * scale, b * scale, c * scale
+        mark = np.uint8(0) if sure | zero | (step <= tolerance) else _OPEN
+        mark |= _PINNED if near_low | near_high else np.uint8(0)
+        mark |= np.uint8(0) if length > 0.0 else _FLAT
+        marks[k] = mark
+        some |= mark
+    return some
 
 
 @njit(**INNER)
@@ -184,12 +197,20 @@ def finish(
     """Write points and unit normals to `rows` (n,); how many are listed in `pinned`, and how many have no normal."""
     count, flat = 0, 0
     for k in range(len(rows)):
-        target = found[int(found[7, k]), k]
+        axis, row = int(found[7, k]), rows[k]
+        low, high, target = found[3, k], found[4, k], found[axis, k]
+        at_low, at_high = target - low <= SNAP * tolerance, high - target <= SNAP * tolerance
+        if at_low or at_high:
+            target = low if at_low else high
+            pinned[count] = row
+            count += 1
         a, b, c = gradients[0, k], gradients[1, k], gradients[2, k]
         length = np.sqrt(a * a + b * b + c * c)
-        count, flat = _write(
-            found, gradients, k, target, length, SNAP * tolerance, vertices, normals, rows[k], pinned, count, flat
-        )  # fmt: skip
+        scale = 1.0 / length if length > 0.0 else 0.0
+        flat += not length > 0.0
+        for i in range(3):
+            vertices[row, i] = target if i == axis else found[i, k]
+            normals[row, i] = gradients[i, k] * scale
     return count, flat
 
 
