@@ -22,11 +22,8 @@ Gradients = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
 STATE_ROWS = 5
 """Rows of a search: 0-1 the bracket, 2-3 f at its ends, 4 the length of the last step, 0 when settled."""
 
-_CLOSE = 1e-4
+_CLOSE = 1e-6
 """A step settles a crossing when it is at most this share of the edge: the normal then belongs to the vertex."""
-
-_BEND = 100.0
-"""A step settles a crossing when the bend of f moves its end by so many tolerances at most; that is corrected."""
 
 _LANES = 64
 """Crossings at a time."""
@@ -111,7 +108,7 @@ def _step(tile: Any, tolerance: float, marks: Any) -> Any:
         shift = step * step * bend / (slope * before * behind * whole)
         goal = x - step - shift
         step = abs(step)
-        sure = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole) & (abs(shift) <= _BEND * tolerance)
+        sure = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole) & (abs(shift) <= tolerance)
         # A sample that is 0 is the root, and the guess is there already.
         zero = ((at_low == 0.0) & (before <= tolerance)) | ((at_high == 0.0) & (behind <= tolerance))
         goal = x if zero else goal
