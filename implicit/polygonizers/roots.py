@@ -106,9 +106,10 @@ def _step(tile: Any, tolerance: float, marks: Any) -> Any:
         bend = (at_high - f) * before - (f - at_low) * behind
         step = f / slope
         shift = step * step * bend / (slope * before * behind * whole)
-        goal = x - step - shift
+        slight = abs(shift) <= tolerance  # at an end of the edge it is not even a number
+        goal = x - step - (shift if slight else 0.0)
         step = abs(step)
-        sure = (low <= goal) & (goal <= high) & (step <= _CLOSE * whole) & (abs(shift) <= tolerance)
+        sure = slight & (low <= goal) & (goal <= high) & (step <= _CLOSE * whole)
         # A sample that is 0 is the root, and the guess is there already.
         zero = ((at_low == 0.0) & (before <= tolerance)) | ((at_high == 0.0) & (behind <= tolerance))
         goal = x if zero else goal
