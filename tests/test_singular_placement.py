@@ -8,7 +8,7 @@ from flint import arb, fmpq, fmpq_mat, fmpq_mpoly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from implicit import Surface, singularities
+from implicit import Ball, Surface, singularities
 from implicit.singular.center import center
 from implicit.singular.form import RATIONALS, Form
 from implicit.singular.harmonic import harmonics, product
@@ -16,7 +16,7 @@ from implicit.singular.homogeneous import affine_matrix, content, homogeneous, m
 from implicit.singular.placement import Placement, place
 from implicit.singular.proof import integral
 from implicit.singular.rotation import _matrices, _turns, unturned
-from tests.singular_catalog import NAMES, entry_of, surface_of
+from tests.singular_catalog import NAMES, box_of, entry_of, surface_of
 from tests.test_singular_points import turned
 
 SMOOTH = ["sphere", "torus", "cyclide_ring", "clebsch", "tanglecube", "monkey_saddle"]
@@ -177,3 +177,17 @@ def test_unstable_forms_and_cones_come_to_an_end() -> None:
 def test_turned_smooth_surfaces_are_proved_smooth(name: str, seed: int) -> None:
     locus = singularities(turned(surface_of(name), seed)[0], 15)
     assert locus.complete and not locus.points and not locus.curves
+
+
+@pytest.mark.parametrize(("name", "seed"), [("hunt", 2), ("hunt", 10), ("boy_apery", 8)])
+def test_turned_sextics_have_the_same_singularities_proved(name: str, seed: int) -> None:
+    surface, matrix, shift = turned(surface_of(name), seed)
+    low, high = box_of(name).corners
+    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    there = singularities(surface_of(name), Ball(radius, tuple(middle)))
+    here = singularities(surface, Ball(radius, tuple(np.linalg.solve(matrix, middle - shift))))
+    assert here.complete and there.complete
+    assert sorted(str(p.type) for p in here.points) == sorted(str(p.type) for p in there.points)
+    assert len(here.curves) == len(there.curves)
+    back = {tuple((matrix @ p.position + shift).round(6) + 0.0) for p in here.points}
+    assert back == {tuple(p.position.round(6) + 0.0) for p in there.points}
