@@ -10,12 +10,23 @@ from hypothesis import strategies as st
 
 from implicit import Ball, Surface, singularities
 from implicit.singular.center import center
-from implicit.singular.form import RATIONALS, Form
+from implicit.singular.form import Form
 from implicit.singular.harmonic import harmonics, product
-from implicit.singular.homogeneous import affine_matrix, content, homogeneous, moved, order, primitive, size, terms_of
+from implicit.singular.homogeneous import (
+    affine_matrix,
+    content,
+    homogeneous,
+    identity,
+    moved,
+    order,
+    primitive,
+    size,
+    terms_of,
+)
 from implicit.singular.placement import Placement, place
 from implicit.singular.proof import integral
 from implicit.singular.rotation import _matrices, _turns, unturned
+from implicit.singular.translation import unmoved
 from tests.singular_catalog import NAMES, box_of, entry_of, surface_of
 from tests.test_singular_points import turned
 
@@ -129,14 +140,26 @@ def test_a_rotation_is_undone_up_to_an_exchange_of_coordinates(quaternion: tuple
     assert all(rest[r, c] in (-1, 0, 1) for r in range(3) for c in range(3))
 
 
-@given(quaternions, st.sampled_from([1, 2, 4, 8, 7, 13, 49]), st.sampled_from(["hunt", "boy_apery", "kummer", "helix"]))
-@settings(max_examples=15, deadline=None)
-def test_coefficients_are_as_small_after_any_turn(quaternion: tuple[int, ...], scale: int, name: str) -> None:
-    """As many digits as without the turn or fewer."""
-    f, turn = _polynomial(name), _rotation(quaternion)
-    shift = _column((Fraction(5, scale), Fraction(-3, scale), Fraction(1, scale)))
-    here = primitive(moved(f, affine_matrix(turn, shift)))
-    placed = place(Form(terms_of(here), RATIONALS)).form
+@given(shifts, st.sampled_from(["kummer", "boy_apery", "klein_bottle", "barth_sextic"]))
+@settings(max_examples=40, deadline=None)
+def test_a_translation_is_undone_up_to_an_integral_one(shift: tuple[Fraction, ...], name: str) -> None:
+    """Also where the center has denominators, 260 and 3: the least common denominator of s and the shift found is 1."""
+    f, by = _polynomial(name), _column(shift)
+    here = primitive(moved(f, affine_matrix(identity(3), by)))
+    rest = by + unmoved(here, center(here), PRIMES)
+    assert all(rest[r, 0].q == 1 for r in range(3))
+
+
+@given(quaternions, shifts, st.sampled_from(["hunt", "boy_apery", "kummer", "helix", "klein_bottle"]))
+@settings(max_examples=20, deadline=None)
+def test_coefficients_are_as_small_after_any_turn(
+    quaternion: tuple[int, ...], shift: tuple[Fraction, ...], name: str
+) -> None:
+    """As many digits as without the turn, or fewer."""
+    f, polynomial = _polynomial(name), surface_of(name).polynomial
+    assert polynomial is not None
+    here = primitive(moved(f, affine_matrix(_rotation(quaternion), _column(shift))))
+    placed = place(Form(terms_of(here), Form.of(polynomial).field)).form
     assert size(primitive(homogeneous(placed))) <= size(f)
 
 

@@ -1,9 +1,9 @@
-"""A rational point of a polynomial that turns and moves with it, so that translations are undone from coefficients."""
+"""A rational point of a polynomial that turns and moves with it."""
 
 from flint import fmpq, fmpq_mat, fmpq_mpoly
 
 from implicit.singular.harmonic import parts_of, product
-from implicit.singular.homogeneous import RING, affine_matrix, content, degree_of, identity, moved, order
+from implicit.singular.homogeneous import RING, affine_matrix, degree_of, identity, moved
 
 
 def center(f: fmpq_mpoly) -> fmpq_mat:
@@ -42,25 +42,3 @@ def _solved(rows: list[list[fmpq]]) -> tuple[fmpq_mat, fmpq_mat]:
     for k, other in enumerate(others):
         kernel[other, k] = fmpq(1)
     return solution, kernel
-
-
-def unmoved(f: fmpq_mpoly, middle: fmpq_mat, primes: list[int]) -> fmpq_mat:
-    """The shift (3, 1) towards the center after which the coefficients of a primitive polynomial are smallest.
-
-    A translation of denominator a power of p changes the coefficients in p only, so that each prime is asked alone.
-    """
-    whole = fmpq_mat(3, 1)
-    for p in primes:
-        shift = fmpq_mat([[_fraction(middle[r, 0], p)] for r in range(3)])
-        if any(shift[r, 0] != 0 for r in range(3)):
-            near = moved(f, affine_matrix(identity(3), shift))
-            whole = whole + shift if order(content(near), p) > 0 else whole
-    return whole
-
-
-def _fraction(c: fmpq, p: int) -> fmpq:
-    """The partial fraction of a number whose denominator is a power of p, between 0 and 1."""
-    power, rest = 1, int(c.q)
-    while rest % p == 0:
-        power, rest = power * p, rest // p
-    return fmpq(int(c.p) * pow(rest, -1, power) % power, power) if power > 1 else fmpq(0)

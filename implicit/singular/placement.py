@@ -1,7 +1,7 @@
 """Rational coordinates in which a surface has small coefficients, so that exact algebra does not depend on the frame.
 
-A rotation and translation by rational numbers are undone first (`rotation`, `center`); then the lattice of homogeneous
-coordinates is refined, prime by prime, as other affine maps need it (`refinement`).
+A rotation and a translation by rational numbers are undone first (`rotation`, `translation`); then the lattice of
+homogeneous coordinates is refined, prime by prime, as other affine maps need it (`refinement`).
 """
 
 from dataclasses import dataclass
@@ -12,11 +12,12 @@ import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpz_mat
 from numpy.typing import NDArray
 
-from implicit.singular.center import center, unmoved
+from implicit.singular.center import center
 from implicit.singular.form import Form
 from implicit.singular.homogeneous import affine_matrix, homogeneous, identity, moved, primitive, size, terms_of
 from implicit.singular.refinement import finer, slopes
 from implicit.singular.rotation import unturned
+from implicit.singular.translation import unmoved
 
 _PRIMES = [p for p in range(2, 1000) if all(p % q for q in range(2, int(p**0.5) + 1))]
 _SKEW = 30.0  # condition of a matrix: no coordinates in which distances are quite different

@@ -32,7 +32,7 @@ def _candidates(f: fmpq_mpoly, p: int) -> Iterator[fmpq_mat]:
     """Finer lattices: by the directions along which f is constant modulo p, or those of a multiple plane."""
     table = slopes(f)
     rows = [[int(table[r, c]) for c in range(4)] for r in range(table.nrows())]
-    kernel = _kernel(rows, p)
+    kernel = kernel_of(rows, p)
     if 0 < len(kernel) < 4:
         yield _refined(kernel, p)
     ring = modular.get(("x", "y", "z", "t"), modulus=p, ordering=Ordering.degrevlex)
@@ -46,10 +46,11 @@ def _candidates(f: fmpq_mpoly, p: int) -> Iterator[fmpq_mat]:
     for factor, power in reduced.factor()[1]:
         if power > 1 and factor.total_degree() == 1:
             plane = [int(factor.to_dict().get(tuple(int(a == b) for b in range(4)), 0)) for a in range(4)]
-            yield _refined(_kernel([plane], p), p)
+            yield _refined(kernel_of([plane], p), p)
 
 
-def _kernel(rows: list[Vector], p: int) -> list[Vector]:
+def kernel_of(rows: list[Vector], p: int) -> list[Vector]:
+    """A basis of the vectors (4,) that are orthogonal to the rows modulo p."""
     kernel, nullity = nmod_mat(rows, p).nullspace()
     return [[int(kernel[r, c]) for r in range(4)] for c in range(nullity)]
 
