@@ -188,7 +188,7 @@ def find_equal(code: Rows, arguments: Indices, start: int, count: int, known: Ro
         mix = (mix ^ np.uint64(b)) * np.uint64(0x9E3779B97F4A7C15)
     place = np.int64((mix >> np.uint64(32)) & np.uint64(known.shape[1] - 1))
     if known[1, place] == count and _equal(code, arguments, np.int64(known[0, place]), start, count):
-        return np.int64(known[0, place])
+        return int(known[0, place])
     known[0, place], known[1, place] = start, count
     return start
 
