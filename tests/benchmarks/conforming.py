@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from implicit import Ball, Surface, polygonize
 from implicit.polygonizers.conforming import conforming
@@ -17,27 +18,37 @@ from implicit.polygonizers.conforming.grid import Grid
 from implicit.singular import singularities
 from tests.singular_cases import CASES, case_of, residual, topology, truth_of
 
+_NOWHERE = np.zeros(3)
+
 
 def turned(surface: Surface, seed: int) -> Surface:
     """The surface turned at random about the origin; seed 0 leaves it as it is."""
-    if not seed:
-        return surface
-    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return moved(surface, seed, np.zeros(3))
+
+
+def moved(surface: Surface, seed: int, offset: NDArray[np.float64]) -> Surface:
+    """The surface turned at random about the origin and then moved by an offset."""
     names = sympy.symbols("x y z", real=True)
-    image = sympy.Matrix(np.vectorize(lambda v: sympy.Rational(float(v)))(turn).tolist()) * sympy.Matrix(names)
+    image = sympy.Matrix(names) - sympy.Matrix([sympy.Rational(float(v)) for v in offset])
+    if seed:
+        turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+        image = sympy.Matrix(np.vectorize(lambda v: sympy.Rational(float(v)))(turn).tolist()) * image
     return Surface(surface.expression.subs(dict(zip(names, image, strict=True)), simultaneous=True))
 
 
-def row(name: str, resolution: int, seed: int) -> dict[str, Any]:
-    """One case: what was found, whether it is the truth, and CPU seconds of locus, mesh and plain marching."""
+def row(name: str, resolution: int, seed: int, offset: NDArray[np.float64] = _NOWHERE) -> dict[str, Any]:
+    """One case: what was found, whether it is the truth, and CPU seconds of locus, mesh and plain marching.
+
+    The surface and its bounds are moved by the offset together.
+    """
     surface, ball = case_of(name)
-    surface = turned(surface, seed)
+    surface, ball = moved(surface, seed, offset), Ball(ball.radius, offset)
     start = time.process_time()
     locus = singularities(surface, Grid.over(ball, resolution, MARGIN).box, timeout=60)
     found = time.process_time()
     mesh = conforming(surface, ball, resolution, locus)
     meshed = time.process_time()
-    polygonize(surface, Ball(ball.radius), resolution=resolution, method="marching")
+    polygonize(surface, ball, resolution=resolution, method="marching")
     swept = time.process_time()
     shape = topology(mesh)
     crowded = shape.pop("crowded")
