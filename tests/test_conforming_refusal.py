@@ -1,5 +1,7 @@
 """A singular set that is wrong or incomplete is never passed off as right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -60,3 +62,19 @@ def test_displaced_points_are_noticed(seed: int) -> None:
     away = rng.normal(size=3)
     away *= 10.0 ** rng.uniform(-5, -1) / np.linalg.norm(away)
     assert _refused(conforming(surface, ball, 20, _locus((tuple(away),))))
+
+
+@pytest.mark.parametrize("away", [(0.05, 0.08, 0.0), (-0.02, -0.06, 0.07), (0.4, 0.3, 0.0)])
+def test_curves_that_are_far_from_the_singular_set_are_refused(away: tuple[float, ...]) -> None:
+    surface, ball = case_of("cuspidal_edge")
+    edge = _line(Z)
+    assert _refused(conforming(surface, ball, 24, _locus(curves=(replace(edge, polyline=edge.polyline + away),))))
+
+
+def test_nodes_that_are_given_twice_do_no_harm() -> None:
+    surface, ball = case_of("whitney")
+    handle = _line(Z, (O,))
+    mesh = conforming(surface, ball, 20, _locus(curves=(replace(handle, polyline=handle.polyline.repeat(2, axis=0)),)))
+    found = topology(mesh)
+    assert not _refused(mesh)
+    assert found.pop("crowded") == 0 and found == truth_of("whitney")

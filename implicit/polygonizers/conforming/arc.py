@@ -117,11 +117,13 @@ def find_arcs(local: Local, polylines: list[tuple[FloatArray, bool]], special: F
 
 
 def _dense(local: Local, line: FloatArray) -> FloatArray:
-    """The polyline with more nodes on the curve between those that are far apart."""
+    """The polyline without repeated nodes, and with more on the curve between those that are far apart."""
     parts = [line[:1]]
     for a, b in pairwise(line):
         count = int(np.ceil(np.linalg.norm(b - a) / _SPACING))
-        between = a + (b - a) * (np.arange(1, count) / max(count, 1))[:, None]
+        if count == 0:
+            continue
+        between = a + (b - a) * (np.arange(1, count) / count)[:, None]
         if count > 1:
             moved = project(local, between)
             parts.append(moved[~np.isnan(moved[:, 0])])

@@ -22,6 +22,8 @@ IntArray = NDArray[np.int64]
 _WIDEST = 0.6
 _SLOPE = 0.4
 _THINNEST = 1e-4
+_COINCIDENT = 1e-9
+"""Stations so near to the one before are left out. There are some only where the arc is not on the singular set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,10 @@ def find_tube(
         stations[0] = balls[start[0]].exits[start[1]].place
     if end:
         stations[-1] = balls[end[0]].exits[end[1]].place
+    apart = np.linalg.norm(np.diff(stations, axis=0), axis=1) > _COINCIDENT
+    if not apart.all():
+        settled = False
+        stations, sizes = (part[np.append(True, apart)] for part in (stations, sizes))
     segments = tuple(
         _segment(local, stations[k], stations[k + 1], 0.5 * (sizes[k] + sizes[k + 1]), rng)
         for k in range(len(stations) - 1)
