@@ -30,8 +30,7 @@ _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to t
 @njit(**INNER)
 def copy(out: Floats, a: Floats) -> None:
     """Store a; assigning slices of arrays would cost numba three seconds of compilation."""
-    a = a[: out.shape[0]]
-    for k in range(out.shape[0]):
+    for k in range(len(out)):
         out[k] = a[k]
 
 

@@ -10,6 +10,8 @@ from numba import njit
 from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows
 from implicit.tape import ABS, ADD, CONST, DIV, MIN, MUL, SQR, SUB
 
+_MIX = np.uint64(0x9E3779B97F4A7C15)  # odd, with bits all over: 2^64 divided by the golden ratio
+
 
 @njit(**OPTIONS)
 def place_of(mask: int, i: int, j: int, k: int, side: int) -> int:
@@ -181,11 +183,11 @@ def find_equal(code: Rows, arguments: Indices, start: int, count: int, known: Ro
         a, b = code[q, 1], code[q, 2]
         if code[q, 0] >= MIN:
             for t in range(b):
-                mix = (mix ^ np.uint64(arguments[a + t])) * np.uint64(0x9E3779B97F4A7C15)
+                mix = (mix ^ np.uint64(arguments[a + t])) * _MIX
             a = b
-        mix = (mix ^ np.uint64(code[q, 0])) * np.uint64(0x9E3779B97F4A7C15)
-        mix = (mix ^ np.uint64(a)) * np.uint64(0x9E3779B97F4A7C15)
-        mix = (mix ^ np.uint64(b)) * np.uint64(0x9E3779B97F4A7C15)
+        mix = (mix ^ np.uint64(code[q, 0])) * _MIX
+        mix = (mix ^ np.uint64(a)) * _MIX
+        mix = (mix ^ np.uint64(b)) * _MIX
     place = np.int64((mix >> np.uint64(32)) & np.uint64(known.shape[1] - 1))
     if known[1, place] == count and _equal(code, arguments, np.int64(known[0, place]), start, count):
         return int(known[0, place])

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from implicit.kernels.elementary import INNER
+from implicit.kernels.elementary import INNER, copy
 
 FOUND_ROWS = 8
 """Rows of a crossing: 0-2 the point, 3-4 the ends of its edge, 5-6 f at the ends, 7 the axis of the edge."""
@@ -42,7 +42,7 @@ def guess(
                 _extend(part, own, tile)
             _solve(tile, (len(part) + 7) & ~7)
             for row in range(FOUND_ROWS):
-                _take(found[row, base : base + len(part)], tile[_LANES * (8 + row) : _LANES * (9 + row)])
+                copy(found[row, base : base + len(part)], tile[_LANES * (8 + row) : _LANES * (9 + row)])
 
 
 @njit(**INNER)
@@ -122,9 +122,3 @@ def _solve(tile: Any, count: int) -> None:
         tile[9 * _LANES + k] = target if on_y else y
         tile[10 * _LANES + k] = z if on_x | on_y else target
         tile[11 * _LANES + k] = low
-
-
-@njit(**INNER)
-def _take(row: Any, source: Any) -> None:
-    for k in range(len(row)):
-        row[k] = source[k]

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import INNER
+from implicit.kernels.elementary import INNER, copy
 from implicit.polygonizers.guess import FOUND_ROWS
 
 FloatArray = NDArray[np.float64]
@@ -55,9 +55,11 @@ def settle(
     tile, marks = np.zeros(_TILE_ROWS * _LANES), np.empty(_LANES, np.uint8)
     for base in range(0, n, _LANES):
         m = min(_LANES, n - base)
-        for row in range(_TILE_ROWS - 6):
-            source = found[row] if row < FOUND_ROWS else (values if row == FOUND_ROWS else gradients[row - 9])
-            _put(tile[_LANES * row : _LANES * row + _LANES], source[base : base + m])
+        for row in range(FOUND_ROWS):
+            copy(tile[_LANES * row : _LANES * row + m], found[row, base : base + m])
+        copy(tile[_LANES * 8 : _LANES * 8 + m], values[base : base + m])
+        for axis in range(3):
+            copy(tile[_LANES * (9 + axis) : _LANES * (9 + axis) + m], gradients[axis, base : base + m])
         some = _step(tile, tolerance, marks)
         for q in range(m):
             row = first + base + q
@@ -77,12 +79,6 @@ def settle(
                 count += (mark & _PINNED) != 0
                 flat += (mark & _FLAT) != 0
     return waiting, count, flat
-
-
-@njit(**INNER)
-def _put(row: Any, source: Any) -> None:
-    for k in range(len(source)):
-        row[k] = source[k]
 
 
 @njit(**INNER)

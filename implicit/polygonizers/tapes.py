@@ -36,7 +36,7 @@ def _descend(
     written behind them.
     """
     low, high = np.empty((rows, 64)), np.empty((rows, 64))
-    known = np.full((2, 1 << 16), -1, np.int32)
+    known = np.full((2, 1 << 13), -1, np.int32)
     scratch, work = np.empty((5, 64)), np.empty((3, rows), np.int32)
     lower, upper = np.empty((3, _SPLIT)), np.empty((3, _SPLIT))
     end, most, count, depth = rows, used, 0, 1

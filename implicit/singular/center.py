@@ -13,7 +13,7 @@ def center(f: fmpq_mpoly) -> fmpq_mat:
     of the part of degree k + 1. The center makes it orthogonal to that gradient in the scalar product that rotations
     keep (`product`). What no part determines, along a cylinder, is left where it is.
     """
-    free, at = identity(3), fmpq_mat([[fmpq(0)]] * 3)
+    free, at = identity(3), fmpq_mat(3, 1)
     for k in reversed(range(degree_of(f))):
         parts = parts_of(moved(f, affine_matrix(identity(3), at)))
         slopes = [parts[k + 1].derivative(a) if k + 1 in parts else RING.constant(0) for a in range(3)]

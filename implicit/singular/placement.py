@@ -13,7 +13,7 @@ from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpz_mat
 from numpy.typing import NDArray
 
 from implicit.singular.center import center
-from implicit.singular.form import Form
+from implicit.singular.form import Field, Form
 from implicit.singular.homogeneous import affine_matrix, homogeneous, identity, moved, primitive, size, terms_of
 from implicit.singular.refinement import finer, slopes
 from implicit.singular.rotation import unturned
@@ -50,24 +50,24 @@ def place(form: Form) -> Placement:
     middle = center(start)
     best, least, kept = Placement(form, identity(3), fmpq_mat(3, 1)), _WORTH * size(start), identity(4)
     whole = _turned_back(start, middle)
-    found, digits = _placed(form, whole, middle)
+    found, digits = _placed(start, form.field, whole, middle)
     if digits < least:
         best, least, kept = found, digits, whole
     for p in _special(primitive(moved(start, kept))):
         whole, vain = kept, 0
         while vain < _VAIN and (step := finer(primitive(moved(start, whole)), p)) is not None:
             whole, vain = whole * step, vain + 1
-            found, digits = _placed(form, whole, middle)
+            found, digits = _placed(start, form.field, whole, middle)
             if digits < least:
                 best, least, kept, vain = found, digits, whole, 0
     return best
 
 
-def _placed(form: Form, whole: fmpq_mat, middle: fmpq_mat) -> tuple[Placement, float]:
+def _placed(f: fmpq_mpoly, field: Field, whole: fmpq_mat, middle: fmpq_mat) -> tuple[Placement, float]:
     """The surface in a basis of the lattice that keeps the plane at infinity, and the number of digits it needs."""
     affine, matrix, shift = _affine(whole, middle)
-    near = primitive(moved(homogeneous(form), affine))
-    found = Placement(Form(terms_of(near), form.field), matrix, shift)
+    near = primitive(moved(f, affine))
+    found = Placement(Form(terms_of(near), field), matrix, shift)
     return found, size(near) if np.linalg.cond(found.floats[0]) < _SKEW else inf
 
 

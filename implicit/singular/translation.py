@@ -18,15 +18,16 @@ _MANY = 64  # vectors modulo p that are tried
 def unmoved(f: fmpq_mpoly, middle: fmpq_mat, primes: list[int]) -> fmpq_mat:
     """The shift (3, 1) after which the coefficients of a primitive polynomial are smallest, as far as it is found.
 
-    Its part in p is that of the center, unless the center itself had p in the denominator before the translation.
+    Its part in p is that of the center, also where coefficients are as large without it, unless the center itself had p
+    in the denominator before the translation.
     """
     whole, leading = fmpq_mat(3, 1), content(parts_of(f)[degree_of(f)])
     for p in primes:
         best, most = fmpq_mat(3, 1), 0
-        for shift in (_fractions(middle, p), *([_digits(f, p)] if order(leading, p) > 0 else [])):
+        for shift in (*([_digits(f, p)] if order(leading, p) > 0 else []), _fractions(middle, p)):
             if shift != fmpq_mat(3, 1):
                 gain = order(content(moved(f, affine_matrix(identity(3), shift))), p)
-                best, most = (shift, gain) if gain > most else (best, most)
+                best, most = (shift, gain) if gain >= most else (best, most)
         whole = whole + best
     return whole
 

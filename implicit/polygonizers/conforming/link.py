@@ -75,7 +75,7 @@ def _graded(exits: FloatArray, rims: FloatArray, spacing: float, rng: np.random.
     for exit_, rim in zip(exits, rims, strict=True):
         reach = 2.0 * rim
         u, v = frame(exit_)
-        while 0 < reach < 1.2 * spacing:
+        while reach < 1.2 * spacing:
             turn = 2 * np.pi * (np.arange(9) + rng.random()) / 9
             ring = unit_rows(exit_ + reach * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v))
             away = np.linalg.norm(ring[:, None] - exits, axis=2) > 1.35 * rims
