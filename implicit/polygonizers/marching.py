@@ -17,7 +17,7 @@ from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRIC
 from implicit.polygonizers.guess import FOUND_ROWS, guess
 from implicit.polygonizers.roots import STATE_ROWS, finish, search, settle
 from implicit.polygonizers.samples import Sampler
-from implicit.work import Job, batches, check_memory
+from implicit.work import Job, batches, check_memory, trimmed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -81,8 +81,9 @@ class _Run:
         self.low_y = np.empty((2, columns, 128), np.int32)
         self.low_z = np.empty(128, np.int32)
         bricks = self.last - self.first
-        self.vertices, self.normals = (np.empty((room + bricks * _ROOM, 3)) for _ in range(2))
-        self.faces = np.empty((BATCH * TRIANGLES_PER_BRICK + 2 * bricks * _ROOM, 3), np.int64)
+        # one piece of memory, which allocators keep for the next mesh when they would give back three to the system
+        whole = np.empty((4, bricks * _ROOM, 3))
+        self.vertices, self.normals, self.faces = whole[0], whole[1], whole[2:].reshape(-1, 3).view(np.int64)
         self.pinned: list[IntArray] = []
         self.n = self.t = self.flat = self.waiting = 0
 
@@ -97,8 +98,8 @@ class _Run:
                 self._batch(start + first, start + last)
                 self.job.advance(last - first)
             self._search(stop)
-        for array, rows in ((self.vertices, self.n), (self.normals, self.n), (self.faces, self.t)):
-            array.resize((rows, 3), refcheck=False)
+        self.vertices, self.normals = trimmed(self.vertices, self.n), trimmed(self.normals, self.n)
+        self.faces = trimmed(self.faces, self.t)
         return self
 
     def _batch(self, first: int, last: int) -> None:
@@ -107,7 +108,7 @@ class _Run:
         sampler.fill(first, last, samples)
         begin = 0
         while begin < len(bricks):
-            self.faces = _with_room(self.faces, self.t, self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin))
+            self.faces = _with_room(self.faces, self.t, self.t + TRIANGLES_PER_BRICK)
             end, n, self.t, finite = extract(
                 samples, bricks, begin, lattice.cells, self.low_x, self.low_y, self.low_z, self.n, self.codes,
                 self.starts, self.faces.reshape(-1), self.t,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from implicit.mesh import area_weighted_normals
 from implicit.topology import components, find_edges, split_vertices
+from implicit.work import trimmed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -114,14 +115,6 @@ def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Array
     """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
     n, t = _squeeze(vertices, normals, faces)
     return trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)
-
-
-def trimmed(array: NDArray[Any], rows: int) -> NDArray[Any]:
-    """The first rows, in the same memory where the array owns it."""
-    if not array.flags.owndata:
-        return array[:rows].copy()
-    array.resize((rows, 3), refcheck=False)
-    return array
 
 
 def _meeting(vertices: FloatArray, pinned: IntArray) -> IntArray:
