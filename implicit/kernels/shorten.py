@@ -24,7 +24,7 @@ def place_of(mask: int, i: int, j: int, k: int, side: int) -> int:
     return place
 
 
-@njit(**OPTIONS)
+@njit(**OPTIONS, inline="always")
 def shorten(
     code: Rows,
     start: int,
@@ -54,7 +54,7 @@ def shorten(
     return _write(code, start, count, arguments, low, high, i, j, k, side, out, out_arguments, work)
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def _mark(
     code: Rows,
     start: int,
@@ -117,7 +117,7 @@ def _mark(
     return dropped
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def _write(
     code: Rows,
     start: int,
@@ -195,7 +195,7 @@ def find_equal(code: Rows, arguments: Indices, start: int, count: int, known: Ro
     return start
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def _equal(code: Rows, arguments: Indices, first: int, second: int, count: int) -> bool:
     """Whether two tapes of `count` rows are equal, whichever places the operands of their MIN and MAX are in."""
     for q in range(count):
@@ -212,7 +212,7 @@ def _equal(code: Rows, arguments: Indices, first: int, second: int, count: int) 
     return True
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def _find_zeros(
     code: Rows,
     start: int,

@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 UNIT = 2.0**-53
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def place(box: Ints, lower: Floats, width: Floats) -> None:
     """Lower corner and widths of a box, both exact."""
     for a in range(3):
@@ -97,7 +97,7 @@ def invert(m: Floats, out: Floats) -> bool:
     return True
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
     """Krawczyk's test of grad f on the unit box: 1 exactly one zero (near root), -1 none, 0 unknown.
 
@@ -157,7 +157,7 @@ def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> Non
     return
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
     """Whether the box lies wholly where some cut a x + b y + c z + d is negative."""
     for c in cuts:
@@ -169,7 +169,7 @@ def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
     return False
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floats) -> int:
     """What a box with Bernstein coefficients b holds: -1 nothing, 1 exactly one critical point, 0 unknown."""
     none = np.int64(-1)  # a literal would compile `spread` again
