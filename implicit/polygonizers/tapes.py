@@ -200,8 +200,9 @@ class TapeSampler:
         if bricks is not None:
             return cls(field, lattice, tape.code.copy(), tape.arguments.copy(), _whole(bricks, len(tape)))
         code, arguments, leaves = _find_leaves(tape, lattice)
-        key = (leaves[:, 0].astype(np.int64) * lattice.bricks[1] + leaves[:, 1]) * lattice.bricks[2] + leaves[:, 2]
-        return cls(field, lattice, code, arguments, leaves[np.argsort(-key)])
+        rank = np.full(lattice.bricks, -1, np.int32)  # the leaf of each brick: quicker to read in order than to sort
+        rank[leaves[:, 0], leaves[:, 1], leaves[:, 2]] = np.arange(len(leaves))
+        return cls(field, lattice, code, arguments, leaves[rank[rank >= 0][::-1]])
 
     @property
     def bricks(self) -> BrickArray:
