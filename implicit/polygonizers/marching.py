@@ -69,9 +69,9 @@ class _Run:
     def __post_init__(self) -> None:
         _, rows, columns = self.sampler.lattice.bricks
         room = BATCH * _ROOM + VERTICES_PER_BRICK + _APART
-        self.found = np.empty((FOUND_ROWS, room))
+        scratch = np.empty((2 * FOUND_ROWS + STATE_ROWS, room))  # one piece, as `_arrays` are
+        self.found, self.part, self.state = np.split(scratch, (FOUND_ROWS, 2 * FOUND_ROWS))
         self.codes = np.empty(room, np.int32)
-        self.part, self.state = np.empty((FOUND_ROWS, room)), np.empty((STATE_ROWS, room))
         self.rows, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
         self.begins = np.zeros(self.last - self.first + 1, np.int64)
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
