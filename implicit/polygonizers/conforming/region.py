@@ -49,17 +49,15 @@ def _noise(places: FloatArray) -> FloatArray:
 
 
 def cells_round(places: FloatArray, reach: int, size: IntArray) -> IntArray:
-    """The cells (n, 3) of a lattice of `size` cells within `reach` cells of the cells that hold the places."""
-    mask = np.zeros(tuple(size + 2 * reach), bool)
+    """The cells (n, 3), sorted, of a lattice of `size` cells within `reach` cells of the cells that hold the places."""
+    wide = tuple((size + 2 * reach).tolist())
     cells = np.floor(places).astype(np.int64)
-    cells = np.unique(cells[((cells >= 0) & (cells < size)).all(axis=1)], axis=0)
-    mask[tuple((cells + reach).T)] = True
-    for axis in range(3):
-        grown = mask.copy()
-        for shift in range(1, reach + 1):
-            grown |= np.roll(mask, shift, axis) | np.roll(mask, -shift, axis)
-        mask = grown
-    return np.argwhere(mask[reach:-reach, reach:-reach, reach:-reach])
+    cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
+    keys = np.unique(np.ravel_multi_index(tuple((cells + reach).T), wide))
+    for stride in (wide[1] * wide[2], wide[2], 1):
+        keys = np.unique(keys[:, None] + stride * np.arange(-reach, reach + 1))
+    cells = np.column_stack(np.unravel_index(keys, wide)) - reach
+    return cells[((cells >= 0) & (cells < size)).all(axis=1)]
 
 
 def build_region(cells: IntArray, size: IntArray) -> Region:
