@@ -16,6 +16,8 @@ from implicit.polygonizers.conforming.grid import Grid
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Put = tuple[NDArray[np.bool_], IntArray]
+"""Which faces (n,) are gone, and those (m, 3) in their place."""
 
 _FARTHEST = 4
 """Blocks reach at most so many cells beyond the point's own."""
@@ -40,6 +42,11 @@ class Block:
     def holds(self, cells: IntArray) -> NDArray[np.bool_]:
         """Which cells (n, 3) belong to the block."""
         return np.asarray(((cells >= self.lower) & (cells < self.upper)).all(axis=1))
+
+    @property
+    def cells(self) -> IntArray:
+        """The cells (n, 3) themselves."""
+        return np.argwhere(np.ones(self.upper - self.lower, bool)) + self.lower
 
 
 def find_blocks(field: Field, grid: Grid, points: FloatArray) -> tuple[list[Block], IntArray]:
@@ -124,21 +131,17 @@ def _clear_ribs(germ: Germ, corners: FloatArray, axis: int) -> NDArray[np.bool_]
     return good
 
 
-def put_cones(
-    vertices: FloatArray, faces: IntArray, grid: Grid, blocks: list[Block]
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """Vertices with the blocks' points behind them, faces with cones in the blocks, and the numbers of the points."""
-    cells = np.floor(grid.to_units(vertices[faces].mean(axis=1))).astype(np.int64)
-    apexes = len(vertices) + np.arange(len(blocks))
-    stay = np.ones(len(faces), bool)
-    cones = []
-    for apex, block in zip(apexes, blocks, strict=True):
+def put_cones(corners: FloatArray, faces: IntArray, grid: Grid, blocks: list[Block], first: int) -> Put:
+    """Which faces, with corners (n, 3, 3), lie in blocks, and cones in their place; apexes are numbered on `first`."""
+    cells = np.floor(grid.to_units(corners.mean(axis=1))).astype(np.int64)
+    gone = np.zeros(len(faces), bool)
+    cones = [np.zeros((0, 3), np.int64)]
+    for apex, block in enumerate(blocks, first):
         inside = block.holds(cells)
-        stay &= ~inside
+        gone |= inside
         rim = boundary(faces[inside])
         cones.append(np.column_stack([rim, np.full(len(rim), apex)]))
-    places = np.array([block.point for block in blocks]).reshape(-1, 3)
-    return np.concatenate([vertices, places]), np.concatenate([faces[stay], *cones]), apexes
+    return gone, np.concatenate(cones)
 
 
 def boundary(faces: IntArray) -> IntArray:

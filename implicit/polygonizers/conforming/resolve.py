@@ -53,7 +53,7 @@ def resolve(
         clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes, seeds])) < _APART]
         if not clash:
             hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, before)
-            clash = [block for block in blocks if hood.patch.region.holds(_cells_of(block)).any()]
+            clash = [block for block in blocks if hood.patch.region.holds(block.cells).any()]
             if not clash:
                 return blocks, hood
         blocks = [block for block in blocks if block not in clash]
@@ -65,11 +65,6 @@ def _gap(block: Block, units: FloatArray) -> float:
     """How many cells lie between a block and the nearest of some places."""
     away = np.maximum(block.lower - units, units - block.upper).max(axis=1)
     return float(away.min(initial=np.inf))
-
-
-def _cells_of(block: Block) -> IntArray:
-    ranges = [np.arange(a, b) for a, b in zip(block.lower, block.upper, strict=True)]
-    return np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def _near(local: Local, points: FloatArray) -> FloatArray:
