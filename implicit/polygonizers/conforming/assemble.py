@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from implicit.domain import Bounds, Box, to_bounds
 from implicit.evaluate import Field
 from implicit.mesh import Mesh, assemble
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.block import Block, find_blocks, put_cones
+from implicit.polygonizers.conforming.block import Block, put_cones
 from implicit.polygonizers.conforming.check import (
     BENT,
     TURN,
@@ -30,7 +30,7 @@ from implicit.polygonizers.conforming.join import join_patch
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.region import cells_round
-from implicit.polygonizers.conforming.resolve import isolated_points, resolve
+from implicit.polygonizers.conforming.resolve import Cells, can_be_tried, outside, plan, resolve
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
@@ -43,17 +43,12 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Cells = Callable[[IntArray], NDArray[np.bool_]]
-"""Which of some cells (n, 3) are meant."""
-
 MARGIN = 7
 """Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
 _PATIENCE = 60.0
 """Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
 """Where the sweep turns out too coarse, tetrahedra are tried in its place."""
-_MOST_SEEDS = 300
-"""If it is too coarse in more places than these, nothing is tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,19 +151,20 @@ def conforming(
 
         locus = singularities(surface, grid.box)
     local = Local(surface.field, grid, tuple(rims(domain, surface.field, grid.step)))
-    found = find_blocks(surface.field, grid, isolated_points(local, locus))
     sampler = choose_sampler(surface, grid.lattice)
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
     sweep = _Sweep(grid, *weld(marched.vertices, marched.normals, marched.faces, marched.pinned))
-    seeds, hood = np.zeros((0, 3)), None
+    coarse = _coarse(sweep, local)
+    first = plan(local, locus, coarse)
+    seeds, hood = first.seeds, None
     for _ in range(_PASSES):
-        blocks, hood = resolve(local, locus, found, seeds, hood)
-        draft = _draw(sweep, surface.field, blocks, hood)
+        blocks, hood = resolve(local, locus, first, seeds, hood)
         skipped = [block.holds for block in blocks] + ([hood.patch.region.holds] if hood else [])
-        fresh = _coarse(draft, local, skipped)
-        if not 0 < len(fresh) <= _MOST_SEEDS or len(hidden(local.field, grid, np.floor(fresh).astype(np.int64))):
+        fresh = outside(coarse, skipped)
+        if not len(fresh) or not can_be_tried(local, fresh):
             break
         seeds = np.concatenate([seeds, fresh])
+    draft = _draw(sweep, surface.field, blocks, hood)
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
     return _finish(draft, domain, local, skipped)
 
@@ -202,16 +198,11 @@ def _draw(sweep: _Sweep, surface: Field, blocks: list[Block], hood: Neighbourhoo
     return draft
 
 
-def _coarse(draft: _Draft, local: Local, skipped: Sequence[Cells]) -> FloatArray:
+def _coarse(sweep: _Sweep, local: Local) -> FloatArray:
     """The middles, in lattice units, of faces of the sweep in the bounds over which the gradient turns too far."""
-    bad = draft.faces[turning(draft.normals, draft.faces, draft.singular, TURN)[0]]
-    middles = local.grid.to_units(draft.vertices[bad].mean(axis=1))
-    middles = middles[local.heights(middles) < 1] if len(middles) else middles
-    cells = np.floor(middles).astype(np.int64)
-    for holds in skipped:
-        fine = ~holds(cells)
-        middles, cells = middles[fine], cells[fine]
-    return middles
+    bad = sweep.faces[turning(sweep.normals, sweep.faces, np.zeros(0, np.int64), TURN)[0]]
+    middles = local.grid.to_units(sweep.vertices[bad].mean(axis=1))
+    return middles[local.heights(middles) < 1] if len(middles) else middles
 
 
 def _finish(draft: _Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]) -> Mesh:

@@ -16,7 +16,7 @@ Plantinga and Vegter, 2004, doi:10.1145/1057432.1057465).
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import comb
 from typing import Any
 
@@ -63,12 +63,15 @@ class Germ:
         multiplicity = int(np.argmax(size > _NEGLIGIBLE * size.max()))
         return cls(np.where(total < multiplicity, 0.0, tensor), multiplicity)
 
-    def tangent_cone(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (n,) and gradients (n, 3) of the terms of lowest degree at vectors w (n, 3)."""
+    @cached_property
+    def _cone(self) -> PolynomialField:
         total = np.indices(self.coefficients.shape).sum(axis=0)
         exponents = np.argwhere((total == self.multiplicity) & (self.coefficients != 0))
-        cone = PolynomialField(exponents, self.coefficients[tuple(exponents.T)], np.zeros(len(exponents)))
-        return cone.gradients(w)
+        return PolynomialField(exponents, self.coefficients[tuple(exponents.T)], np.zeros(len(exponents)))
+
+    def tangent_cone(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n,) and gradients (n, 3) of the terms of lowest degree at vectors w (n, 3)."""
+        return self._cone.gradients(w)
 
     def face(self, axis: int, height: float) -> FloatArray:
         """Coefficients (s, j, k) of t^s u^j v^k in q on the face w[axis] = height; u, v are the next two axes."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.region import cells_round
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -55,10 +56,8 @@ def boxes_of(corners: FloatArray) -> FloatArray:
 
 
 def cells_of(corners: FloatArray, grid: Grid) -> IntArray:
-    """The cells (n, 3) round the middles of triangles (n, 3, 3)."""
-    cells = np.floor(grid.to_units(corners.mean(axis=1))).astype(np.int64)
-    around = np.stack(np.meshgrid(*[np.arange(-1, 2)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    return np.unique((cells[:, None] + around).reshape(-1, 3), axis=0)
+    """The cells (n, 3) of the middles of triangles (n, 3, 3), and those beside them."""
+    return cells_round(grid.to_units(corners.mean(axis=1)), 1, grid.cells)
 
 
 def hidden(field: Field, grid: Grid, cells: IntArray) -> FloatArray:
