@@ -95,10 +95,16 @@ def mesh_region(
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
-    """The last region where it reaches far enough, else a new one, with a cell to spare if there was one before."""
-    if last is not None and last.holds(cells_round(touched, _REACH, size)).all():
+    """The last region where it reaches far enough, else one with more cells, and a cell to spare around these."""
+    needed = cells_round(touched, _REACH, size)
+    if last is None:
+        return build_region(needed, size)
+    lacking = needed[~last.holds(needed)]
+    if not len(lacking):
         return last
-    return build_region(cells_round(touched, _REACH + (last is not None), size), size)
+    extra = cells_round(lacking.astype(float), 1, size)
+    cells = np.concatenate([last.cells, extra[~last.holds(extra)]])
+    return build_region(cells[np.lexsort(cells.T[::-1])], size)
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
