@@ -47,26 +47,24 @@ def find_link(
     """The link on the sphere of a radius, refined from points about `spacing` apart; exits (k, 3) are directions."""
     plain = int(4 * np.pi / (0.8 * spacing**2))
     points = spread(plain, rng)
-    rings, rims, sheets = [], [], []
-    settled = True
+    circles = []
     for i, exit_ in enumerate(exits):
         others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
         widest = min(0.5 * spacing, 0.4 * others.min(initial=9.0))
-        circle = Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius))
-        found, count = stable(local, circle, 1e-3 * circle.radius)
-        settled &= found is not None
-        circle = found or circle
-        rings.append(unit_rows(circle.at(beside(crossings(local, circle))) - point))
-        rims.append(circle.radius / radius)
-        sheets.append(count)
-    rim = np.array(rims)
+        circles.append(Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius)))
+    found, sheets = stable(local, circles, 1e-3)
+    settled = None not in found
+    circles = [new or old for new, old in zip(found, circles, strict=True)]
+    roots = crossings(local, circles)
+    rings = [unit_rows(c.at(beside(r)) - point) for c, r in zip(circles, roots, strict=True)]
+    rim = np.array([circle.radius / radius for circle in circles])
     for exit_, reach in zip(exits, rim, strict=True):
         points = points[np.linalg.norm(points - exit_, axis=1) > 1.35 * reach]
     points = np.concatenate([exits.reshape(-1, 3), *rings, points, *_graded(exits, rim, spacing, rng)])
     points, clean = _refine(local, point, radius, points, exits, rim, spacing, rng)
     triangles = ConvexHull(points).simplices.astype(np.int64)
     topology = _topology(local.signs(point + radius * points), triangles, len(exits))
-    return Link(points, triangles, rim, np.array(sheets, np.int64), topology, clean and settled, plain)
+    return Link(points, triangles, rim, sheets, topology, clean and settled, plain)
 
 
 def _graded(exits: FloatArray, rims: FloatArray, spacing: float, rng: np.random.Generator) -> list[FloatArray]:

@@ -58,10 +58,9 @@ class Local:
 
 
 def frame(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit vectors at right angles to a unit vector and to each other."""
-    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    u = np.cross(direction, helper)
-    u /= np.linalg.norm(u)
+    """Two unit vectors (..., 3) at right angles to unit vectors (..., 3) and to each other."""
+    u = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction), axis=-1)])
+    u /= np.linalg.norm(u, axis=-1, keepdims=True)
     return u, np.cross(direction, u)
 
 
