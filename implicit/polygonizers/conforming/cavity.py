@@ -5,7 +5,7 @@ Delaunay tetrahedra of all vertices involved fall apart along the marked faces, 
 fill the hole exactly, which their volume confirms.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,13 +36,18 @@ def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArr
 
 @dataclass(frozen=True, eq=False)
 class _Filling:
-    """What a region was filled with: its tetrahedra that stay, and those that replace the others."""
+    """What a region was filled with: its tetrahedra that stay, and those that replace the others, with their spheres.
+
+    dead: the region's places that were taken out; new: those that came in, numbered after the region's.
+    """
 
     region: Region
     dead: NDArray[np.bool_]
     new: FloatArray
     stay: IntArray
     fresh: IntArray
+    center: FloatArray
+    radius: FloatArray
 
 
 @dataclass(eq=False)
@@ -61,26 +66,30 @@ class Cavity:
         """
         places = np.concatenate([region.places, new])
         last = _grown(self.last, region) if self.last else None
-        filled = None
+        fits = False
         if last is not None and np.array_equal(last.new, new[: len(last.new)]) and not (last.dead & ~dead).any():
-            filled = self._add(last, places, dead, new)
-        if filled is None or not filled[2]:
-            nothing = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, region.tetrahedra[:0])
-            filled = self._add(nothing, places, dead, new)
-        stay, fresh, fits = filled
-        self.last = _Filling(region, dead, new, stay, fresh) if fits else None
-        return stay, fresh, bool(fits and not dead[region.pyramids].any())
+            filled, fits = self._add(last, places, dead, new)
+        if not fits:
+            none = np.zeros((0, 4), np.int64)
+            start = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, none, new[:0], np.zeros(0))
+            filled, fits = self._add(start, places, dead, new)
+        self.last = filled if fits else None
+        return filled.stay, filled.fresh, bool(fits and not dead[region.pyramids].any())
 
     def _add(
         self, last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray
-    ) -> tuple[IntArray, IntArray, bool]:
+    ) -> tuple[_Filling, bool]:
         """A filling with the vertices that came since, and whether they fit."""
         first = len(dead) + len(last.new)
         if first == len(places) and not (dead & ~last.dead).any():
-            return last.stay, last.fresh, True
+            return last, True
         old, changed = _touched(last, places, dead, new[len(last.new) :])
-        fresh, fits = self._replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
-        return last.stay[~old], np.concatenate([last.fresh[~changed], fresh]), fits
+        more, fits = self._replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
+        fresh = np.concatenate([last.fresh[~changed], more])
+        spheres = (
+            (a[~changed], b) for a, b in zip((last.center, last.radius), circumspheres(places[more]), strict=True)
+        )
+        return _Filling(last.region, dead, new, last.stay[~old], fresh, *map(np.concatenate, spheres)), fits
 
     def _replace(
         self, places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int
@@ -92,7 +101,9 @@ class Cavity:
         keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
         rim = keys[uses == 1]
         hole = _components(gone, len(places))
-        home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
+        home = np.full(len(places) - first, hole[0])
+        if (hole != hole[0]).any():
+            home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
         fresh = [np.zeros((0, 4), np.int64)]
         alive = np.ones(len(places), bool)
         alive[: len(dead)] = ~dead
@@ -137,7 +148,8 @@ def _grown(last: _Filling, region: Region) -> _Filling | None:
     had[known[len(last.region.nodes) :]] = True
     dead[known] = last.dead
     more = region.tetrahedra[~had[region.tetrahedra[:, :2]].all(axis=1)]
-    return _Filling(region, dead, last.new, np.concatenate([number[last.stay], more]), number[last.fresh])
+    stay, fresh = np.concatenate([number[last.stay], more]), number[last.fresh]
+    return replace(last, region=region, dead=dead, stay=stay, fresh=fresh)
 
 
 def _touched(
@@ -156,11 +168,10 @@ def _touched(
     gone[: len(dead)] = dead & ~last.dead
     old: NDArray[np.bool_] = np.asarray(gone[last.stay].any(axis=1))
     changed: NDArray[np.bool_] = np.asarray(gone[last.fresh].any(axis=1))
-    tets = np.concatenate([last.stay[close], last.fresh])
-    center, radius = circumspheres(places[tets])
-    hit = cKDTree(new).query(center)[0] < radius * (1 - 1e-9)
-    old[close] |= hit[: len(close)]
-    return old, changed | hit[len(close) :]
+    tree = cKDTree(new)
+    center, radius = circumspheres(places[last.stay[close]])
+    old[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
+    return old, changed | (tree.query(last.center)[0] < last.radius * (1 - 1e-9))
 
 
 def _components(simplices: IntArray, size: int) -> IntArray:
@@ -175,7 +186,8 @@ def _face_keys(faces: IntArray, size: int) -> IntArray:
 
 
 def _volume(corners: FloatArray) -> FloatArray:
-    return np.asarray(np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6)
+    a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
+    return np.asarray(np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6)
 
 
 def circumspheres(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
