@@ -6,6 +6,7 @@ fill the hole exactly, which their volume confirms.
 """
 
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -27,11 +28,11 @@ _FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArray[np.bool_]:
     """The region's vertices that give way to new ones (n, 3), or lie within the cleared places and radii (m, 4)."""
-    tree = cKDTree(region.places)
     dead = np.zeros(len(region.places), bool)
-    for rows in tree.query_ball_point(cleared[:, :3], cleared[:, 3]):
-        dead[rows] = True
-    return np.asarray(dead | (cKDTree(new).query(region.places, distance_upper_bound=_NEAR)[0] < _NEAR))
+    centers, radii = np.concatenate([cleared[:, :3], new]), np.append(cleared[:, 3], np.full(len(new), _NEAR))
+    near = region.tree.query_ball_point(centers, radii)
+    dead[np.fromiter(chain.from_iterable(near), np.int64)] = True
+    return dead
 
 
 @dataclass(frozen=True, eq=False)

