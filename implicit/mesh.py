@@ -239,12 +239,21 @@ class Mesh:
         show(self)
 
 
-def assemble(vertices: FloatArray, faces: IntArray, normals: FloatArray) -> Mesh:
+def assemble(
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    curves: Sequence[IntArray] = (),
+    points: Sequence[int] | IntArray = (),
+    unresolved: FloatArray | None = None,
+) -> Mesh:
     """A mesh that takes arrays over without checks or copies: for makers of meshes, who know what they made."""
     mesh = object.__new__(Mesh)
     for array in (vertices, faces, normals):
         array.flags.writeable = False
-    values = (vertices, faces, normals, (), _frozen(np.zeros(0, np.int64), np.int64), None)
+    lines = tuple(_frozen(curve, np.int64) for curve in curves)
+    boxes = None if unresolved is None else _frozen(unresolved, np.float64)
+    values = (vertices, faces, normals, lines, _frozen(points, np.int64), boxes)
     for name, value in zip(Mesh.__dataclass_fields__, values, strict=True):
         object.__setattr__(mesh, name, value)
     return mesh

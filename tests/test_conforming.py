@@ -126,10 +126,11 @@ def test_no_cone_is_proved_where_there_is_none() -> None:
     grid = Grid.over(Ball(1), 16, 6)
     smooth = Surface("x^2 + y^2 + z^2 = 1/4").field
     assert not is_cone(Germ.at(smooth, np.array([0.0, 0, 0.5]), grid.step), np.full(3, -2.0), np.full(3, 2.0))
+    nowhere = np.zeros((0, 3))
     cusp = Surface("x^2 + y^2 = z^3").field
-    assert find_blocks(cusp, grid, np.zeros((1, 3)))[1].tolist() == [0]
+    assert find_blocks(cusp, grid, np.zeros((1, 3)), nowhere).rest.tolist() == [0]
     two = Surface("(x^2 + y^2 - z^2)*(x^2 + y^2 + z^2 - 1/100)").field
-    assert find_blocks(two, Grid.over(Ball(1), 8, 6), np.zeros((1, 3)))[1].tolist() == [0]
+    assert find_blocks(two, Grid.over(Ball(1), 8, 6), np.zeros((1, 3)), nowhere).rest.tolist() == [0]
 
 
 def test_a_solitary_point_is_a_vertex_without_faces() -> None:

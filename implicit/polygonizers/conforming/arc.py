@@ -1,5 +1,6 @@
 """Arcs of singular curves: between special points, closed, or out of the bounds."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,6 +15,9 @@ IntArray = NDArray[np.int64]
 
 _SPACING = 0.1
 """Nodes of an arc are at most so many cells apart."""
+_CHORDS = 60
+_REACHED = 1e-13
+"""A parameter is found when its place is so near to where it should be, in cells."""
 _EXACT = 1e-10
 """A gradient that counts as none, as a share of those a cell away."""
 
@@ -53,6 +57,23 @@ class Arc:
         missed = np.isnan(result[:, 0])
         nearest = np.where((t - row < 0.5)[:, None], a, b)
         return np.where(missed[:, None], nearest, result)
+
+    def where(self, height: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
+        """The parameters (n,) between `low` and `high` (n,) where a function of places (n, 3), of different sign there,
+        vanishes: by the chord between them, with the value at an end halved that stays twice (Illinois).
+        """
+        at_low, at_high = height(self.places(low)), height(self.places(high))
+        for _ in range(_CHORDS if len(low) else 0):
+            drop = at_low - at_high
+            share = np.divide(at_low, drop, out=np.full(len(low), 0.5), where=drop != 0)
+            middle = low + share * (high - low)
+            value = height(self.places(middle))
+            turn = (value < 0) != (at_high < 0)
+            low, at_low = np.where(turn, high, low), np.where(turn, at_high, at_low / 2)
+            high, at_high = middle, value
+            if (np.abs(value) < _REACHED).all():
+                break
+        return high
 
     def tangents(self, parameters: FloatArray) -> FloatArray:
         """Unit tangents (n, 3) at parameters (n,)."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,19 +12,29 @@ from numpy.typing import NDArray
 
 from implicit.domain import Bounds, Box, to_bounds
 from implicit.evaluate import Field
-from implicit.mesh import Mesh, area_weighted_normals
+from implicit.mesh import Mesh, assemble
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.block import find_blocks, put_cones
-from implicit.polygonizers.conforming.check import TURN, bent_cells, boxes_round, folded, hidden, not_singular, turns
+from implicit.polygonizers.conforming.block import Block, put_cones
+from implicit.polygonizers.conforming.check import (
+    BENT,
+    TURN,
+    boxes_of,
+    boxes_round,
+    cells_of,
+    hidden,
+    not_singular,
+    turning,
+)
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.join import join_patch
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.resolve import isolated_points, resolve
+from implicit.polygonizers.conforming.region import cells_round
+from implicit.polygonizers.conforming.resolve import Cells, can_be_tried, outside, plan, resolve
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
-from implicit.polygonizers.weld import weld
+from implicit.polygonizers.weld import fill_normals, list_marked, weld
 from implicit.work import Job, Progress, check_workers
 
 if TYPE_CHECKING:
@@ -32,30 +43,52 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Cells = Callable[[IntArray], NDArray[np.bool_]]
-"""Which of some cells (n, 3) are meant."""
-
 MARGIN = 7
 """Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
 _PATIENCE = 60.0
 """Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
 """Where the sweep turns out too coarse, tetrahedra are tried in its place."""
-_MOST_SEEDS = 300
-"""If it is too coarse in more places than these, nothing is tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """The mesh of the sweep, and where in the lattice with one more cell all round each vertex is."""
+
+    grid: Grid
+    vertices: FloatArray
+    normals: FloatArray
+    faces: IntArray
+
+    @cached_property
+    def _cells(self) -> IntArray:
+        size = self.grid.cells + 2
+        x, y, z = (self.grid.to_units(self.vertices) + 1).astype(np.int64).T
+        return np.asarray((x * size[1] + y) * size[2] + z)
+
+    def near(self, cells: IntArray) -> IntArray:
+        """The rows of faces with a vertex in some cells (n, 3) or beside them; all faces within the cells are there."""
+        size = self.grid.cells + 2
+        meant = np.zeros(int(size.prod()), np.bool_)
+        meant[np.ravel_multi_index(tuple(cells_round(cells.astype(float) + 1, 1, size).T), tuple(size))] = True
+        return np.asarray(list_marked(self.faces, meant[self._cells]))
 
 
 @dataclass(eq=False)
 class _Draft:
-    """A mesh in the making: `special` vertices at singular points, `curves` along singular curves, doubtful boxes."""
+    """A mesh in the making: `special` vertices at singular points, `curves` along singular curves, doubtful boxes.
+
+    normals are 0 at singular vertices.
+    """
 
     vertices: FloatArray
+    normals: FloatArray
     faces: IntArray
     special: IntArray
     curves: list[IntArray] = field(default_factory=list)
     doubts: list[FloatArray] = field(default_factory=list)
 
-    @property
+    @cached_property
     def singular(self) -> IntArray:
         """All vertices on the singular set."""
         return np.unique(np.concatenate([self.special, *self.curves]))
@@ -118,80 +151,82 @@ def conforming(
 
         locus = singularities(surface, grid.box)
     local = Local(surface.field, grid, tuple(rims(domain, surface.field, grid.step)))
-    found = find_blocks(surface.field, grid, isolated_points(local, locus))
     sampler = choose_sampler(surface, grid.lattice)
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
-    vertices, _, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
-    swept = _Draft(vertices, faces, np.zeros(0, np.int64))
-    seeds, hood = np.zeros((0, 3)), None
+    sweep = _Sweep(grid, *weld(marched.vertices, marched.normals, marched.faces, marched.pinned))
+    coarse = _coarse(sweep, local)
+    first = plan(local, locus, coarse)
+    seeds, hood = first.seeds, None
     for _ in range(_PASSES):
-        blocks, hood = resolve(local, locus, found, seeds, hood)
-        draft = _Draft(*put_cones(swept.vertices, swept.faces, grid, blocks))
-        if hood is not None:
-            _join(draft, grid, hood)
+        blocks, hood = resolve(local, locus, first, seeds, hood)
         skipped = [block.holds for block in blocks] + ([hood.patch.region.holds] if hood else [])
-        fresh = _coarse(draft, local, skipped)
-        if not 0 < len(fresh) <= _MOST_SEEDS or len(hidden(local.field, grid, np.floor(fresh).astype(np.int64))):
+        fresh = outside(coarse, skipped)
+        if not len(fresh) or not can_be_tried(local, fresh):
             break
         seeds = np.concatenate([seeds, fresh])
+    draft = _draw(sweep, surface.field, blocks, hood)
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
     return _finish(draft, domain, local, skipped)
 
 
-def _coarse(draft: _Draft, local: Local, skipped: Sequence[Cells]) -> FloatArray:
+def _draw(sweep: _Sweep, surface: Field, blocks: list[Block], hood: Neighbourhood | None) -> _Draft:
+    """The sweep with cones in the blocks and the patch of a neighbourhood in place of what is there."""
+    grid, first = sweep.grid, len(sweep.vertices)
+    cells = [block.cells for block in blocks] + ([hood.patch.region.cells] if hood else [])
+    near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
+    part = sweep.faces[near]
+    gone, cones = put_cones(sweep.vertices[part], part, grid, blocks, first)
+    new, fresh, special = [np.array([b.point for b in blocks]).reshape(-1, 3)], [cones], first + np.arange(len(blocks))
+    curves, doubts = [], []
+    if hood:
+        on, start = hood.skeleton.on, first + len(blocks)
+        (inside, patch), places, missing = join_patch(sweep.vertices, part, grid, hood.patch, on, start)
+        gone |= inside
+        new.append(places)
+        fresh.append(patch)
+        special = np.concatenate([special, start + np.arange(len(hood.skeleton.balls))])
+        curves = [start + chain for chain in hood.skeleton.chains]
+        places_in_doubt = np.concatenate([hood.doubtful, on if missing else on[:0]])
+        doubts = [boxes_round(grid.to_points(places_in_doubt), grid.step)]
+    stay = np.ones(len(sweep.faces), bool)
+    stay[near[gone]] = False
+    added = np.concatenate(new)
+    normals = np.concatenate([sweep.normals, unit(surface.gradients(added)[1])])
+    faces = np.concatenate([sweep.faces[stay], *fresh])
+    draft = _Draft(np.concatenate([sweep.vertices, added]), normals, faces, special, curves, doubts)
+    normals[draft.singular] = 0
+    return draft
+
+
+def _coarse(sweep: _Sweep, local: Local) -> FloatArray:
     """The middles, in lattice units, of faces of the sweep in the bounds over which the gradient turns too far."""
-    normals = _normals(local.field, draft.vertices, draft.singular)
-    bad = draft.faces[turns(normals, draft.faces, draft.singular) < TURN]
-    middles = local.grid.to_units(draft.vertices[bad].mean(axis=1))
-    middles = middles[local.heights(middles) < 1] if len(middles) else middles
-    cells = np.floor(middles).astype(np.int64)
-    for holds in skipped:
-        fine = ~holds(cells)
-        middles, cells = middles[fine], cells[fine]
-    return middles
-
-
-def _join(draft: _Draft, grid: Grid, hood: Neighbourhood) -> None:
-    """Put a neighbourhood into the draft."""
-    on = hood.skeleton.on
-    draft.vertices, draft.faces, numbers, missing = join_patch(draft.vertices, draft.faces, grid, hood.patch, on)
-    draft.special = np.concatenate([draft.special, numbers[: len(hood.skeleton.balls)]])
-    draft.curves = [numbers[chain] for chain in hood.skeleton.chains]
-    draft.doubts.append(boxes_round(grid.to_points(hood.doubtful), grid.step))
-    if missing:
-        draft.doubts.append(boxes_round(grid.to_points(on), grid.step))
+    bad = sweep.faces[turning(sweep.normals, sweep.faces, np.zeros(0, np.int64), TURN)[0]]
+    middles = local.grid.to_units(sweep.vertices[bad].mean(axis=1))
+    return middles[local.heights(middles) < 1] if len(middles) else middles
 
 
 def _finish(draft: _Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]) -> Mesh:
     """The draft cut to the bounds and checked."""
     grid, fixed = local.grid, draft.singular
-    normals = _normals(local.field, draft.vertices, fixed)
-    vertices, normals, faces = trim((draft.vertices, normals, draft.faces), domain, local.field, grid.step, fixed)
+    vertices, normals, faces = trim((draft.vertices, draft.normals, draft.faces), domain, local.field, grid.step, fixed)
     inside = np.zeros(len(vertices), bool)
-    inside[: len(draft.vertices)] = local.heights(grid.to_units(draft.vertices)) <= 1e-9
+    inside[fixed] = local.heights(grid.to_units(draft.vertices[fixed])) <= 1e-9 if len(fixed) else False
     special = draft.special[inside[draft.special]]
     curves = [part for curve in draft.curves for part in _runs(curve, inside)]
-    cosines = turns(normals, faces, fixed)
-    cells = bent_cells(vertices, faces, cosines, grid)
+    rows, cosines = turning(normals, faces, fixed, BENT)
+    corners = vertices[faces[rows]]
+    cells = cells_of(corners, grid)
     for holds in skipped:
         cells = cells[~holds(cells)]
-    doubts = [*draft.doubts, folded(vertices, faces, cosines), hidden(local.field, grid, cells)]
+    doubts = [*draft.doubts, boxes_of(corners[cosines < TURN]), hidden(local.field, grid, cells)]
     unresolved = _meeting(domain.box, np.concatenate(doubts))
     used = np.zeros(len(vertices), bool)
-    used[np.concatenate([faces.ravel(), special, *curves])] = True
+    used[faces] = True
+    used[np.concatenate([special, *curves])] = True
     number = np.cumsum(used) - 1
     vertices, normals, faces = vertices[used], normals[used], number[faces]
-    flat = ~normals.any(axis=1)
-    if flat.any():
-        normals[flat] = area_weighted_normals(vertices, faces)[flat]
-    return Mesh(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
-
-
-def _normals(surface: Field, vertices: FloatArray, singular: IntArray) -> FloatArray:
-    """Unit gradients (n, 3), 0 at singular vertices."""
-    normals = unit(surface.gradients(vertices)[1])
-    normals[singular] = 0
-    return normals
+    fill_normals(vertices, normals, faces)
+    return assemble(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
 
 
 def _runs(curve: IntArray, inside: NDArray[np.bool_]) -> list[IntArray]:

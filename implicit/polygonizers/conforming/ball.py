@@ -100,12 +100,7 @@ def _exits(arcs: list[Arc], row: int, center: FloatArray, radius: float) -> tupl
             out = np.flatnonzero(distance[order] >= radius)
             if not len(out):
                 continue
-            inner, outer = float(order[out[0] - 1]), float(order[out[0]])
-            for _ in range(50):
-                middle = (inner + outer) / 2
-                if np.linalg.norm(arc.places(np.array([middle]))[0] - center) < radius:
-                    inner = middle
-                else:
-                    outer = middle
-            result.append(Exit(number, side, outer, arc.places(np.array([outer]))[0]))
+            ends = order[[out[0] - 1, out[0]]].astype(float)
+            at = arc.where(lambda places: np.linalg.norm(places - center, axis=1) - radius, ends[:1], ends[1:])
+            result.append(Exit(number, side, float(at[0]), arc.places(at)[0]))
     return tuple(result)

@@ -4,6 +4,7 @@ The triangles of the sweep inside a block are taken out, and the edges they leav
 Nothing is stitched: the sweep itself has made the rim, so there is no seam.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
@@ -16,6 +17,8 @@ from implicit.polygonizers.conforming.grid import Grid
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Put = tuple[NDArray[np.bool_], IntArray]
+"""Which faces (n,) are gone, and those (m, 3) in their place."""
 
 _FARTHEST = 4
 """Blocks reach at most so many cells beyond the point's own."""
@@ -23,6 +26,8 @@ _PER_SIZE = 3
 """So many blocks of each size are tried for a point."""
 _SAMPLE = 60
 """So many blocks of each size are looked at."""
+_BESIDE = 3.0
+"""Places less than so many cells away are beside a block."""
 _NEAREST = 0.6
 """The boundary of a block is at least so many cells away from its point."""
 _CLEAR = 0.2
@@ -41,19 +46,36 @@ class Block:
         """Which cells (n, 3) belong to the block."""
         return np.asarray(((cells >= self.lower) & (cells < self.upper)).all(axis=1))
 
+    @property
+    def cells(self) -> IntArray:
+        """The cells (n, 3) themselves."""
+        return np.argwhere(np.ones(self.upper - self.lower, bool)) + self.lower
 
-def find_blocks(field: Field, grid: Grid, points: FloatArray) -> tuple[list[Block], IntArray]:
-    """Disjoint blocks proved to hold cones, the smallest that will do, and the rows of points that have none."""
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Disjoint blocks proved to hold cones. clear: which of them no coarse place is near; rest: points without one."""
+
+    blocks: list[Block]
+    clear: NDArray[np.bool_]
+    rest: IntArray
+
+
+def find_blocks(field: Field, grid: Grid, points: FloatArray, coarse: FloatArray) -> Found:
+    """The smallest blocks for isolated singular points (k, 3), of those with nothing coarse beside if there are any.
+
+    coarse (n, 3), in lattice units: places where the sweep turns too far in one triangle, as near a thin cone.
+    """
     cells = np.floor(grid.to_units(points)).astype(np.int64)
-    blocks: list[Block] = []
-    rest = []
+    blocks, clear, rest = [], [], []
     for row in range(len(points)):
-        block = _smallest(field, grid, points[row], *_room(cells, row, grid.cells))
-        if block is None:
+        found = _smallest(field, grid, points[row], *_room(cells, row, grid.cells), coarse)
+        if found is None:
             rest.append(row)
         else:
-            blocks.append(block)
-    return blocks, np.array(rest, np.int64)
+            blocks.append(found[0])
+            clear.append(found[1])
+    return Found(blocks, np.array(clear, bool), np.array(rest, np.int64))
 
 
 def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray]:
@@ -71,74 +93,73 @@ def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray
     return lower, upper
 
 
-def _smallest(field: Field, grid: Grid, point: FloatArray, least: IntArray, most: IntArray) -> Block | None:
-    """The smallest block round a point, within (least, most), in which f = 0 is proved to be a cone."""
+def _smallest(
+    field: Field, grid: Grid, point: FloatArray, least: IntArray, most: IntArray, coarse: FloatArray
+) -> tuple[Block, bool] | None:
+    """The smallest block within (least, most) in which f = 0 is proved to be a cone, and whether it has no coarse place
+    beside it; of several, one that has none.
+    """
     if not isinstance(field, PolynomialField):
         return None
     germ = Germ.at(field, point, grid.step)
     unit = grid.to_units(point)
+    spare = None
     for lower, upper in _candidates(germ, unit, least, most):
-        if is_cone(germ, lower - unit, upper - unit):
-            return Block(point, lower, upper)
-    return None
+        gap = np.maximum(lower - coarse, coarse - upper).max(axis=1)
+        clear = not ((gap > 0) & (gap < _BESIDE)).any()
+        if (clear or spare is None) and is_cone(germ, lower - unit, upper - unit):
+            spare = Block(point, lower, upper)
+            if clear:
+                return spare, True
+    return None if spare is None else (spare, False)
 
 
-def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray) -> list[tuple[IntArray, IntArray]]:
+def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
     """Blocks (lower, upper) whose ribs the tangent cone crosses clearly, small ones first."""
     cell = np.floor(unit).astype(np.int64)
-    ranges = [range(least[a], cell[a] + 1) for a in range(3)] + [range(cell[a] + 1, most[a] + 1) for a in range(3)]
-    blocks = np.array(list(product(*ranges)), np.int64).reshape(-1, 2, 3)
-    away = np.abs(blocks - unit)
-    blocks = blocks[away.min(axis=(1, 2), initial=np.inf) > _NEAREST]
+    if (least > cell).any() or (most <= cell).any():
+        return
+    places = np.indices((*(cell + 1 - least), *(most - cell))).reshape(6, -1).T
+    blocks = (places + np.concatenate([least, cell + 1])).reshape(-1, 2, 3)
     sizes = blocks[:, 1] - blocks[:, 0]
-    blocks = blocks[np.ptp(sizes, axis=1) <= 2]
-    sizes = (blocks[:, 1] - blocks[:, 0]).max(axis=1)
-    chosen = []
-    for size in np.unique(sizes[sizes > 1]):
-        group = blocks[sizes == size]
-        nearest = np.abs(group - unit).min(axis=(1, 2))
-        group = group[np.argsort(-nearest, kind="stable")][:_SAMPLE]
-        good = np.ones(len(group), bool)
-        for axis in range(3):
-            good[good] = _clear_ribs(germ, (group - unit)[good], axis)
-        chosen += [(lower, upper) for lower, upper in group[good][:_PER_SIZE]]
-    return chosen
+    longest = sizes.max(axis=1)
+    nearest = np.abs(blocks - unit).min(axis=(1, 2))
+    likely = (nearest > _NEAREST) & (longest - sizes.min(axis=1) <= 2)
+    for size in range(2, 2 * _FARTHEST + 2):
+        rows = np.flatnonzero(likely & (longest == size))
+        group = blocks[rows[np.argsort(-nearest[rows], kind="stable")][:_SAMPLE]]
+        yield from group[_clear_ribs(germ, group - unit)][:_PER_SIZE]
 
 
-def _clear_ribs(germ: Germ, corners: FloatArray, axis: int) -> NDArray[np.bool_]:
-    """Which blocks (n, 2, 3) have ribs along an axis that the tangent cone crosses transversally, if at all."""
-    u, v = (axis + 1) % 3, (axis + 2) % 3
+def _clear_ribs(germ: Germ, corners: FloatArray) -> NDArray[np.bool_]:
+    """Which blocks (n, 2, 3) have ribs that the tangent cone crosses transversally, if at all."""
     share = np.linspace(0, 1, 9)
-    good = np.ones(len(corners), bool)
-    for i, j in product((0, 1), repeat=2):
-        w = np.empty((len(corners), len(share), 3))
-        w[..., axis] = corners[:, :1, axis] + share * (corners[:, 1:, axis] - corners[:, :1, axis])
-        w[..., u], w[..., v] = corners[:, i, u, None], corners[:, j, v, None]
-        value, slope = germ.tangent_cone(w.reshape(-1, 3))
-        value, slope = value.reshape(w.shape[:2]), slope.reshape(w.shape)
-        steep = np.linalg.norm(slope, axis=2)
-        along = np.abs(slope[..., axis])
-        touches = (np.abs(value) < _CLEAR * steep) & (along < 0.5 * steep)
-        corner = np.abs(value[:, (0, -1)]) < _CLEAR * steep[:, (0, -1)]
-        good &= ~touches.any(axis=1) & ~corner.any(axis=1)
-    return good
+    w = np.empty((len(corners), 3, 4, len(share), 3))
+    for axis, (number, (i, j)) in product(range(3), enumerate(product((0, 1), repeat=2))):
+        rib = w[:, axis, number]
+        rib[..., axis] = corners[:, :1, axis] + share * (corners[:, 1:, axis] - corners[:, :1, axis])
+        rib[..., (axis + 1) % 3] = corners[:, i, (axis + 1) % 3, None]
+        rib[..., (axis + 2) % 3] = corners[:, j, (axis + 2) % 3, None]
+    value, slope = germ.tangent_cone(w.reshape(-1, 3))
+    value, slope = np.abs(value).reshape(w.shape[:-1]), slope.reshape(w.shape)
+    steep = np.linalg.norm(slope, axis=-1)
+    along = np.abs(np.einsum("nakpa->nakp", slope))
+    touches = (value < _CLEAR * steep) & (along < 0.5 * steep)
+    corner = value[..., (0, -1)] < _CLEAR * steep[..., (0, -1)]
+    return ~touches.any(axis=(1, 2, 3)) & ~corner.any(axis=(1, 2, 3))
 
 
-def put_cones(
-    vertices: FloatArray, faces: IntArray, grid: Grid, blocks: list[Block]
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """Vertices with the blocks' points behind them, faces with cones in the blocks, and the numbers of the points."""
-    cells = np.floor(grid.to_units(vertices[faces].mean(axis=1))).astype(np.int64)
-    apexes = len(vertices) + np.arange(len(blocks))
-    stay = np.ones(len(faces), bool)
-    cones = []
-    for apex, block in zip(apexes, blocks, strict=True):
+def put_cones(corners: FloatArray, faces: IntArray, grid: Grid, blocks: list[Block], first: int) -> Put:
+    """Which faces, with corners (n, 3, 3), lie in blocks, and cones in their place; apexes are numbered on `first`."""
+    cells = np.floor(grid.to_units(corners.mean(axis=1))).astype(np.int64)
+    gone = np.zeros(len(faces), bool)
+    cones = [np.zeros((0, 3), np.int64)]
+    for apex, block in enumerate(blocks, first):
         inside = block.holds(cells)
-        stay &= ~inside
+        gone |= inside
         rim = boundary(faces[inside])
         cones.append(np.column_stack([rim, np.full(len(rim), apex)]))
-    places = np.array([block.point for block in blocks]).reshape(-1, 3)
-    return np.concatenate([vertices, places]), np.concatenate([faces[stay], *cones]), apexes
+    return gone, np.concatenate(cones)
 
 
 def boundary(faces: IntArray) -> IntArray:

@@ -5,7 +5,8 @@ Delaunay tetrahedra of all vertices involved fall apart along the marked faces, 
 fill the hole exactly, which their volume confirms.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
-from implicit.polygonizers.conforming.region import Region
+from implicit.polygonizers.conforming.region import Region, cells_round
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -22,35 +23,38 @@ IntArray = NDArray[np.int64]
 _NEAR = 0.22
 """Lattice points nearer to a new vertex than this give way."""
 _SLACK = 1e-7
-_CLOSE = 0.8
-"""No new vertex farther than this from the middle of a lattice tetrahedron lies in its sphere."""
 _FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
 def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArray[np.bool_]:
     """The region's vertices that give way to new ones (n, 3), or lie within the cleared places and radii (m, 4)."""
-    tree = cKDTree(region.places)
     dead = np.zeros(len(region.places), bool)
-    for rows in tree.query_ball_point(cleared[:, :3], cleared[:, 3]):
-        dead[rows] = True
-    return np.asarray(dead | (cKDTree(new).query(region.places, distance_upper_bound=_NEAR)[0] < _NEAR))
+    centers, radii = np.concatenate([cleared[:, :3], new]), np.append(cleared[:, 3], np.full(len(new), _NEAR))
+    near = region.tree.query_ball_point(centers, radii)
+    dead[np.fromiter(chain.from_iterable(near), np.int64)] = True
+    return dead
 
 
 @dataclass(frozen=True, eq=False)
 class _Filling:
-    """What a region was filled with: its tetrahedra that stay, and those that replace the others."""
+    """What a region was filled with: its tetrahedra that stay, and those that replace the others, with their spheres.
+
+    dead: the region's places that were taken out; new: those that came in, numbered after the region's.
+    """
 
     region: Region
     dead: NDArray[np.bool_]
     new: FloatArray
     stay: IntArray
     fresh: IntArray
+    center: FloatArray
+    radius: FloatArray
 
 
 @dataclass(eq=False)
 class Cavity:
-    """Holes and what fills them. Where vertices are added to those of the last filling, only what these disturb is
-    replaced, and the Delaunay tetrahedra of a hole are kept for as long as its vertices stay.
+    """Holes and what fills them. Where vertices or cells are added to those of the last filling, only what these
+    disturb is replaced, and the Delaunay tetrahedra of a hole are kept for as long as its vertices stay.
     """
 
     known: dict[bytes, Any] = field(default_factory=dict)
@@ -62,32 +66,31 @@ class Cavity:
         New vertices are numbered after those of the region.
         """
         places = np.concatenate([region.places, new])
-        filled = None
-        if self.last is not None and _continues(self.last, region, dead, new):
-            filled = self._add(self.last, places, dead, new)
-        if filled is None:
-            tets = region.tetrahedra
-            touched = _touched(places, tets, dead, new, lattice=len(tets))
-            fresh, fits = self._replace(places, tets[touched], dead, len(region.places))
-            filled = tets[~touched], fresh, fits
-        stay, fresh, fits = filled
-        self.last = _Filling(region, dead, new, stay, fresh) if fits else None
-        return stay, fresh, bool(fits and not dead[region.pyramids].any())
+        last = _grown(self.last, region) if self.last else None
+        fits = False
+        if last is not None and np.array_equal(last.new, new[: len(last.new)]) and not (last.dead & ~dead).any():
+            filled, fits = self._add(last, places, dead, new)
+        if not fits:
+            none = np.zeros((0, 4), np.int64)
+            start = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, none, new[:0], np.zeros(0))
+            filled, fits = self._add(start, places, dead, new)
+        self.last = filled if fits else None
+        return filled.stay, filled.fresh, bool(fits and not dead[region.pyramids].any())
 
     def _add(
         self, last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray
-    ) -> tuple[IntArray, IntArray, bool] | None:
-        """The last filling with the vertices that came since; None where that does not fit."""
+    ) -> tuple[_Filling, bool]:
+        """A filling with the vertices that came since, and whether they fit."""
         first = len(dead) + len(last.new)
-        if first == len(places):
-            return last.stay, last.fresh, True
-        tets = np.concatenate([last.stay, last.fresh])
-        touched = _touched(places, tets, dead & ~last.dead, new[len(last.new) :], lattice=len(last.stay))
-        fresh, fits = self._replace(places, tets[touched], dead, first)
-        if not fits:
-            return None
-        old, changed = last.stay[~touched[: len(last.stay)]], last.fresh[~touched[len(last.stay) :]]
-        return old, np.concatenate([changed, fresh]), True
+        if first == len(places) and not (dead & ~last.dead).any():
+            return last, True
+        old, changed = _touched(last, places, dead, new[len(last.new) :])
+        more, fits = self._replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
+        fresh = np.concatenate([last.fresh[~changed], more])
+        spheres = (
+            (a[~changed], b) for a, b in zip((last.center, last.radius), circumspheres(places[more]), strict=True)
+        )
+        return _Filling(last.region, dead, new, last.stay[~old], fresh, *map(np.concatenate, spheres)), fits
 
     def _replace(
         self, places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int
@@ -99,7 +102,9 @@ class Cavity:
         keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
         rim = keys[uses == 1]
         hole = _components(gone, len(places))
-        home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
+        home = np.full(len(places) - first, hole[0])
+        if (hole != hole[0]).any():
+            home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
         fresh = [np.zeros((0, 4), np.int64)]
         alive = np.ones(len(places), bool)
         alive[: len(dead)] = ~dead
@@ -131,31 +136,43 @@ class Cavity:
         return np.asarray(tets[np.isin(label, np.unique(label[(tets >= first).any(axis=1)]))])
 
 
-def _continues(last: _Filling, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> bool:
-    """Whether the region is the same and vertices have only been added."""
-    count = len(last.new)
-    return (
-        np.array_equal(last.region.places, region.places)
-        and np.array_equal(last.region.tetrahedra, region.tetrahedra)
-        and np.array_equal(last.new, new[:count])
-        and not (last.dead & ~dead).any()
-    )
+def _grown(last: _Filling, region: Region) -> _Filling | None:
+    """The filling of a region with more cells, if that has all cells of the last one."""
+    if last.region is region:
+        return last
+    if not region.holds(last.region.cells).all():
+        return None
+    size = len(region.places)
+    known = last.region.renumbered(region)
+    number = np.concatenate([known, size + np.arange(len(last.new))])
+    had, dead = np.zeros(size, bool), np.zeros(size, bool)
+    had[known[len(last.region.nodes) :]] = True
+    dead[known] = last.dead
+    more = region.tetrahedra[~had[region.tetrahedra[:, :2]].all(axis=1)]
+    stay, fresh = np.concatenate([number[last.stay], more]), number[last.fresh]
+    return replace(last, region=region, dead=dead, stay=stay, fresh=fresh)
 
 
 def _touched(
-    places: FloatArray, tets: IntArray, dead: NDArray[np.bool_], new: FloatArray, lattice: int
-) -> NDArray[np.bool_]:
-    """Which tetrahedra lose a corner or have a new vertex in their sphere; the first `lattice` are of the lattice."""
+    last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which tetrahedra of a filling lose a corner or have a new vertex in their sphere: of the lattice, and others.
+
+    A vertex in the sphere of a lattice tetrahedron lies in one of its two cells or beside both.
+    """
+    region = last.region
+    near = np.zeros(len(places), bool)
+    beside = region.numbers(cells_round(new, 1, region.size))
+    near[beside[beside >= 0]] = True
+    close = np.flatnonzero(near[last.stay[:, :2]].all(axis=1))
+    gone = np.zeros(len(places), bool)
+    gone[: len(dead)] = dead & ~last.dead
+    old: NDArray[np.bool_] = np.asarray(gone[last.stay].any(axis=1))
+    changed: NDArray[np.bool_] = np.asarray(gone[last.fresh].any(axis=1))
     tree = cKDTree(new)
-    middle = places[tets[:lattice]].mean(axis=1)
-    close = np.flatnonzero(np.isfinite(tree.query(middle, distance_upper_bound=_CLOSE)[0]))
-    close = np.concatenate([close, np.arange(lattice, len(tets))])
-    center, radius = circumspheres(places[tets[close]])
-    alive = np.ones(len(places), bool)
-    alive[: len(dead)] = ~dead
-    touched: NDArray[np.bool_] = np.asarray(~alive[tets].all(axis=1))
-    touched[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
-    return touched
+    center, radius = circumspheres(places[last.stay[close]])
+    old[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
+    return old, changed | (tree.query(last.center)[0] < last.radius * (1 - 1e-9))
 
 
 def _components(simplices: IntArray, size: int) -> IntArray:
@@ -170,7 +187,8 @@ def _face_keys(faces: IntArray, size: int) -> IntArray:
 
 
 def _volume(corners: FloatArray) -> FloatArray:
-    return np.asarray(np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6)
+    a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
+    return np.asarray(np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6)
 
 
 def circumspheres(corners: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,17 +1,21 @@
 """Rules that a finished mesh must pass; what fails is listed as boxes, never passed off as right."""
 
+from typing import Any
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.region import cells_round
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 TURN = 0.2
 """Unit gradients at the corners of a triangle may not turn by more than this cosine."""
-_BENT = 0.6
+BENT = 0.6
 """Where they turn by more than this cosine, the cells around are searched for singular points."""
 _DEPTH = 6
 """Cells are halved so often along each axis in that search."""
@@ -21,27 +25,39 @@ _SINGULAR = 1e-6
 """The gradient at a singular point, as a share of the gradients a cell away."""
 
 
-def turns(normals: FloatArray, faces: IntArray, special: IntArray) -> FloatArray:
-    """The least cosine between gradients at two corners of each face (n,), 1 for faces with a special vertex."""
-    loose = np.ones(len(normals), bool)
+@njit(cache=True, nogil=True)
+def _list_turning(normals: Any, loose: Any, faces: Any, limit: float, rows: Any, cosines: Any) -> int:
+    count = 0
+    for row in range(len(faces)):
+        a, b, c = faces[row, 0], faces[row, 1], faces[row, 2]
+        if loose[a] and loose[b] and loose[c]:
+            ab = normals[a, 0] * normals[b, 0] + normals[a, 1] * normals[b, 1] + normals[a, 2] * normals[b, 2]
+            bc = normals[b, 0] * normals[c, 0] + normals[b, 1] * normals[c, 1] + normals[b, 2] * normals[c, 2]
+            ca = normals[c, 0] * normals[a, 0] + normals[c, 1] * normals[a, 1] + normals[c, 2] * normals[a, 2]
+            least = min(ab, bc, ca)
+            if least < limit:
+                rows[count], cosines[count] = row, least
+                count += 1
+    return count
+
+
+def turning(normals: FloatArray, faces: IntArray, special: IntArray, limit: float) -> tuple[IntArray, FloatArray]:
+    """The faces without a special vertex, and their cosines, where gradients at two corners turn by more than this."""
+    loose = np.ones(len(normals), np.bool_)
     loose[special] = False
-    n = normals[faces]
-    dots = np.minimum.reduce([np.einsum("ij,ij->i", n[:, i], n[:, (i + 1) % 3]) for i in range(3)])
-    return np.where(loose[faces].all(axis=1), dots, 1.0)
+    rows, cosines = np.empty(len(faces), np.int64), np.empty(len(faces))
+    count = _list_turning(normals, loose, faces, limit, rows, cosines)
+    return rows[:count].copy(), cosines[:count].copy()
 
 
-def folded(vertices: FloatArray, faces: IntArray, cosines: FloatArray) -> FloatArray:
-    """Boxes (n, 2, 3) round the faces over which the gradient turns too far."""
-    corners = vertices[faces[cosines < TURN]]
+def boxes_of(corners: FloatArray) -> FloatArray:
+    """Boxes (n, 2, 3) round triangles (n, 3, 3)."""
     return np.stack([corners.min(axis=1, initial=np.inf), corners.max(axis=1, initial=-np.inf)], axis=1)
 
 
-def bent_cells(vertices: FloatArray, faces: IntArray, cosines: FloatArray, grid: Grid) -> IntArray:
-    """The cells (n, 3) round the faces over which the gradient turns enough to look for singular points."""
-    middle = vertices[faces[cosines < _BENT]].mean(axis=1)
-    cells = np.floor(grid.to_units(middle)).astype(np.int64)
-    around = np.stack(np.meshgrid(*[np.arange(-1, 2)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    return np.unique((cells[:, None] + around).reshape(-1, 3), axis=0)
+def cells_of(corners: FloatArray, grid: Grid) -> IntArray:
+    """The cells (n, 3) of the middles of triangles (n, 3, 3), and those beside them."""
+    return cells_round(grid.to_units(corners.mean(axis=1)), 1, grid.cells)
 
 
 def hidden(field: Field, grid: Grid, cells: IntArray) -> FloatArray:

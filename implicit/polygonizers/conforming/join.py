@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.polygonizers.conforming.block import Put
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.refine import Patch
 
@@ -11,18 +12,17 @@ IntArray = NDArray[np.int64]
 
 
 def join_patch(
-    vertices: FloatArray, faces: IntArray, grid: Grid, patch: Patch, on: FloatArray
-) -> tuple[FloatArray, IntArray, IntArray, int]:
-    """Vertices and faces with the patch in place of the faces of its cells; the numbers of `on` (n, 3), the vertices of
-    the singular set in lattice units; and how many vertices between the patch and the sweep did not match.
+    vertices: FloatArray, faces: IntArray, grid: Grid, patch: Patch, on: FloatArray, first: int
+) -> tuple[Put, FloatArray, int]:
+    """Which faces lie in the patch's cells, and its faces in their place; its vertices, those `on` (n, 3) the singular
+    set first, numbered from `first` on; and how many vertices between the patch and the sweep did not match.
     """
     cells = np.floor(grid.to_units(vertices[faces].mean(axis=1))).astype(np.int64)
     inside = patch.region.holds(cells)
-    singular = len(vertices) + np.arange(len(on))
-    number = len(vertices) + len(on) + np.arange(len(patch.places))
+    number = first + len(on) + np.arange(len(patch.places))
     special = np.full(int(patch.names.max(initial=0)) + 1, -1)
-    first = len(patch.region.places)
-    special[first : first + len(on)] = singular[: max(len(special) - first, 0)]
+    start = len(patch.region.places)
+    special[start : start + len(on)] = first + np.arange(len(on))[: max(len(special) - start, 0)]
     same = patch.names[:, 0] == patch.names[:, 1]
     number[same] = special[patch.names[same, 0]]
     shared = np.flatnonzero(_on_rim(patch))
@@ -34,8 +34,7 @@ def join_patch(
             number[row] = places[key]
         else:
             missing += 1
-    joined = np.concatenate([vertices, grid.to_points(on), grid.to_points(patch.places)])
-    return joined, np.concatenate([faces[~inside], number[patch.faces]]), singular, missing
+    return (inside, number[patch.faces]), grid.to_points(np.concatenate([on, patch.places])), missing
 
 
 def _on_rim(patch: Patch) -> NDArray[np.bool_]:

@@ -47,26 +47,24 @@ def find_link(
     """The link on the sphere of a radius, refined from points about `spacing` apart; exits (k, 3) are directions."""
     plain = int(4 * np.pi / (0.8 * spacing**2))
     points = spread(plain, rng)
-    rings, rims, sheets = [], [], []
-    settled = True
+    circles = []
     for i, exit_ in enumerate(exits):
         others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
         widest = min(0.5 * spacing, 0.4 * others.min(initial=9.0))
-        circle = Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius))
-        found, count = stable(local, circle, 1e-3 * circle.radius)
-        settled &= found is not None
-        circle = found or circle
-        rings.append(unit_rows(circle.at(beside(crossings(local, circle))) - point))
-        rims.append(circle.radius / radius)
-        sheets.append(count)
-    rim = np.array(rims)
+        circles.append(Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius)))
+    found, sheets = stable(local, circles, 1e-3)
+    settled = None not in found
+    circles = [new or old for new, old in zip(found, circles, strict=True)]
+    roots = crossings(local, circles)
+    rings = [unit_rows(c.at(beside(r)) - point) for c, r in zip(circles, roots, strict=True)]
+    rim = np.array([circle.radius / radius for circle in circles])
     for exit_, reach in zip(exits, rim, strict=True):
         points = points[np.linalg.norm(points - exit_, axis=1) > 1.35 * reach]
     points = np.concatenate([exits.reshape(-1, 3), *rings, points, *_graded(exits, rim, spacing, rng)])
     points, clean = _refine(local, point, radius, points, exits, rim, spacing, rng)
     triangles = ConvexHull(points).simplices.astype(np.int64)
     topology = _topology(local.signs(point + radius * points), triangles, len(exits))
-    return Link(points, triangles, rim, np.array(sheets, np.int64), topology, clean and settled, plain)
+    return Link(points, triangles, rim, sheets, topology, clean and settled, plain)
 
 
 def _graded(exits: FloatArray, rims: FloatArray, spacing: float, rng: np.random.Generator) -> list[FloatArray]:
@@ -89,14 +87,19 @@ def _refine(
     spacing: float, rng: np.random.Generator,
 ) -> tuple[FloatArray, bool]:  # fmt: skip
     """The directions with more among them until the triangles pass; whether they do within the budget."""
+    passed = [np.zeros(0, np.int64), np.zeros(0, np.int64)]
     for _ in range(_ROUNDS):
-        triangles = ConvexHull(points).simplices
-        new = np.concatenate(
-            [
-                _crossed_edges(local, point, radius, points, triangles, len(exits)),
-                _turning_triangles(local, point, radius, points, triangles, exits, rims),
-            ]
-        )
+        triangles = np.sort(ConvexHull(points).simplices.astype(np.int64), axis=1)
+        parts = []
+        for kind, (look, simplices) in enumerate(
+            ((_crossed_edges, pairs_of(triangles)), (_turning_triangles, triangles))
+        ):
+            names = simplices @ (2 * _BUDGET) ** np.arange(simplices.shape[1])
+            left = (simplices >= len(exits)).all(axis=1) & ~np.isin(names, passed[kind])
+            bad, places = look(local, point, radius, points, simplices[left], exits, rims)
+            passed[kind] = np.concatenate([passed[kind], names[left][~bad]])
+            parts.append(places)
+        new = np.concatenate(parts)
         if not len(new):
             return points, True
         new = unit_rows(new + rng.normal(size=new.shape) * 1e-3 * spacing)
@@ -112,29 +115,27 @@ def _refine(
     return points, False
 
 
-def _signs(local: Local, places: FloatArray, exits: int) -> IntArray:
-    signs = local.signs(places)
-    signs[:exits] = 0
-    return signs
-
-
 def _crossed_edges(
-    local: Local, point: FloatArray, radius: float, points: FloatArray, triangles: IntArray, exits: int
-) -> FloatArray:
-    """Points on the edges that are crossed more than once, in the part of the other sign."""
-    signs = _signs(local, point + radius * points, exits)
-    edges = pairs_of(triangles)
-    edges = edges[(signs[edges] != 0).all(axis=1)]
+    local: Local, point: FloatArray, radius: float, points: FloatArray, edges: IntArray, exits: FloatArray,
+    rims: FloatArray,
+) -> tuple[NDArray[np.bool_], FloatArray]:  # fmt: skip
+    """Which edges are crossed more than once, and points on these in the part of the other sign."""
+    signs = local.signs(point + radius * points)
     a, b = points[edges[:, 0], None], points[edges[:, 1], None]
     between = unit_rows(a + (b - a) * _SHARES[:, None])
     inner = local.signs(point + radius * between)
     row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
-    return middle_of_other(between, inner, row)
+    return several(row), middle_of_other(between, inner, row)
+
+
+def several(row: IntArray) -> NDArray[np.bool_]:
+    """Which rows (n, k) of signs have more than one change."""
+    return np.asarray(np.count_nonzero(row[:, 1:] != row[:, :-1], axis=1) > 1)
 
 
 def middle_of_other(between: FloatArray, inner: IntArray, row: IntArray) -> FloatArray:
     """For edges with more than one change of sign in `row`, the middle sample whose sign is not that of the start."""
-    bad = np.count_nonzero(np.diff(row, axis=1), axis=1) > 1
+    bad = several(row)
     other = inner[bad] != row[bad, :1]
     rank = np.cumsum(other, axis=1)
     middle = np.argmax(rank > rank[:, -1:] // 2, axis=1)
@@ -144,10 +145,9 @@ def middle_of_other(between: FloatArray, inner: IntArray, row: IntArray) -> Floa
 def _turning_triangles(
     local: Local, point: FloatArray, radius: float, points: FloatArray, triangles: IntArray, exits: FloatArray,
     rims: FloatArray,
-) -> FloatArray:  # fmt: skip
-    """The middles of triangles away from the exits that the curve may meet and in which it may turn too far."""
-    away_from_exits = triangles[(triangles >= len(exits)).all(axis=1)]
-    corners = points[away_from_exits]
+) -> tuple[NDArray[np.bool_], FloatArray]:  # fmt: skip
+    """Which triangles away from the exits the curve may meet and turn in too far, and their middles."""
+    corners = points[triangles]
     places = unit_rows(np.einsum("kb,tbc->tkc", _PLACES, corners))
     values, slopes = local.gradients(point + radius * places)
     slopes = radius * (slopes - (slopes * places).sum(axis=-1, keepdims=True) * places)
@@ -161,7 +161,7 @@ def _turning_triangles(
     bad = (~clear & (turn < 0.1)) | odd
     middles = places[:, -1]
     near = (np.linalg.norm(middles[:, None] - exits, axis=2) < 1.7 * rims).any(axis=1)
-    return middles[bad & ~near]
+    return bad & ~near, middles[bad & ~near]
 
 
 def _topology(signs: IntArray, triangles: IntArray, exits: int) -> tuple[int, int]:
@@ -169,18 +169,15 @@ def _topology(signs: IntArray, triangles: IntArray, exits: int) -> tuple[int, in
     signs = signs.copy()
     signs[:exits] = 0
     size = len(signs)
-    segments = []
-    for triangle in triangles:
-        ends = [int(i) * size + int(i) for i in triangle if signs[i] == 0]
-        for i, j in ((0, 1), (1, 2), (2, 0)):
-            a, b = int(triangle[i]), int(triangle[j])
-            if signs[a] * signs[b] < 0:
-                ends.append(min(a, b) * size + max(a, b))
-        if len(ends) == 2:
-            segments.append(ends)
-    if not segments:
+    corner, after = triangles, np.roll(triangles, -1, axis=1)
+    names = np.concatenate(
+        [corner * size + corner, np.minimum(corner, after) * size + np.maximum(corner, after)], axis=1
+    )
+    met = np.concatenate([signs[corner] == 0, signs[corner] * signs[after] < 0], axis=1)
+    segments = names[met.sum(axis=1) == 2][met[met.sum(axis=1) == 2]].reshape(-1, 2)
+    if not len(segments):
         return 0, 0
-    used, renamed = np.unique(np.array(segments), return_inverse=True)
+    used, renamed = np.unique(segments, return_inverse=True)
     edges = renamed.reshape(-1, 2)
     pieces = count_components(np.zeros((0, 3), np.int64), edges, np.zeros(0, np.int64), len(used))[1]
     return pieces, len(used) - len(edges)

@@ -78,10 +78,9 @@ class Local:
 
 
 def frame(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit vectors at right angles to a unit vector and to each other."""
-    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    u = np.cross(direction, helper)
-    u /= np.linalg.norm(u)
+    """Two unit vectors (..., 3) at right angles to unit vectors (..., 3) and to each other."""
+    u = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction), axis=-1)])
+    u /= np.linalg.norm(u, axis=-1, keepdims=True)
     return u, np.cross(direction, u)
 
 
@@ -106,5 +105,11 @@ def pairs_of(simplices: IntArray) -> IntArray:
         return np.zeros((0, 2), np.int64)
     low, high = ends.min(axis=1), ends.max(axis=1)
     size = int(high.max()) + 1
-    keys = np.unique(low * size + high)
+    keys = distinct(low * size + high)
     return np.column_stack([keys // size, keys % size])
+
+
+def distinct(keys: IntArray) -> IntArray:
+    """The different keys, ascending. Where most of them differ this is several times as fast as numpy's `unique`."""
+    ordered = np.sort(keys, axis=None)
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered

@@ -1,6 +1,7 @@
 """The neighbourhood of the singular points and curves that no block of cells serves: balls, tubes, tetrahedra."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from implicit.polygonizers.conforming.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.ball import Ball, find_ball
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.refine import Patch, mesh_region
-from implicit.polygonizers.conforming.ring import bisect
 from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
 from implicit.polygonizers.conforming.tube import find_tube
 
@@ -134,13 +134,12 @@ def _wall_parameters(local: Local, arc: Arc) -> FloatArray:
     for wall in local.walls:
         height = wall.heights(local.grid.to_points(arc.nodes))
         k = np.flatnonzero((height[:-1] < 0) != (height[1:] < 0))
-        low = height[k] < 0
-
-        def as_before(s: FloatArray, wall: Rim = wall, low: NDArray[np.bool_] = low) -> NDArray[np.bool_]:
-            return np.asarray((wall.heights(local.grid.to_points(arc.places(s))) < 0) == low)
-
-        found.append(bisect(as_before, t[k], t[k + 1]))
+        found.append(arc.where(partial(_cells_beyond, local, wall), t[k], t[k + 1]))
     return np.concatenate(found)
+
+
+def _cells_beyond(local: Local, wall: Rim, units: FloatArray) -> FloatArray:
+    return wall.heights(local.grid.to_points(units)) / local.grid.step
 
 
 def _uneven(skeleton: Skeleton) -> FloatArray:

@@ -9,7 +9,7 @@ from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.link import middle_of_other
 from implicit.polygonizers.conforming.local import Local, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
-from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra
+from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
 from implicit.polygonizers.conforming.skeleton import Skeleton, thin
 
 FloatArray = NDArray[np.float64]
@@ -20,6 +20,8 @@ _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
 _SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
+_WAY = np.array([1.0, np.pi, np.e])
+"""Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
 _TURN = 0.2
 _AWAY = 0.3
 _FLAT = 0.05
@@ -60,7 +62,7 @@ def mesh_region(
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
-    tested = np.zeros(0)
+    tested, passed = np.zeros(0), np.zeros(0)
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
         region = held = _region(held, _touched(skeleton, new), size)
@@ -73,7 +75,8 @@ def mesh_region(
         act = stay[np.ptp(signs[stay], axis=1) > 0] if turn == 0 else stay[:0]
         wrong, spacing, tested = _unseen(local, places, signs, np.concatenate([act, fresh]), fresh, tested)
         if not (local.heights(wrong) < _BEYOND).any():
-            wrong, spacing = _turning(local, places, signs, stay, fresh, len(region.places), len(skeleton.on))
+            tets = np.concatenate([stay, fresh])
+            wrong, spacing, passed = _turning(local, places, signs, tets, passed)
         near = local.heights(wrong) < _BEYOND
         wrong, spacing = wrong[near], spacing[near]
         if not len(wrong):
@@ -95,10 +98,16 @@ def mesh_region(
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
-    """The last region where it reaches far enough, else a new one, with a cell to spare if there was one before."""
-    if last is not None and last.holds(cells_round(touched, _REACH, size)).all():
+    """The last region where it reaches far enough, else one with more cells, and a cell to spare around these."""
+    needed = cells_round(touched, _REACH, size)
+    if last is None:
+        return build_region(needed, size)
+    lacking = needed[~last.holds(needed)]
+    if not len(lacking):
         return last
-    return build_region(cells_round(touched, _REACH + (last is not None), size), size)
+    extra = cells_round(lacking.astype(float), 1, size)
+    cells = np.concatenate([last.cells, extra[~last.holds(extra)]])
+    return build_region(cells[np.lexsort(cells.T[::-1])], size)
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
@@ -122,12 +131,12 @@ def _unseen(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places where an edge hides crossings, or a tetrahedron of one sign a finger of the other; the spacing there.
 
-    tested: edges that have been looked at, named by their middles.
+    tested: edges that have been looked at, named by their ends.
     """
     edges = pairs_of(tetrahedra)
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
-    keys = (a + b) @ np.array([1.0, np.pi, np.e])
+    keys = (a @ _WAY) * (b @ _WAY)
     fresh_edges = ~np.isin(keys, tested)
     edges, a, b = edges[fresh_edges], a[fresh_edges], b[fresh_edges]
     tested = np.concatenate([tested, keys[fresh_edges]])
@@ -146,12 +155,18 @@ def _unseen(
 
 
 def _turning(
-    local: Local, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray, first: int, count: int
-) -> tuple[FloatArray, FloatArray]:
+    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, passed: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Middles and sizes of the triangles off the singular set over which the gradient turns too far, or that face away
     from it at all corners.
+
+    passed: tetrahedra in which nothing of the kind was found, named by their middles; they are not looked at again.
     """
-    named = in_tetrahedra(places, signs, np.concatenate([stay, fresh]))
+    tets = tetrahedra[met(signs, tetrahedra)]
+    keys = places[tets].sum(axis=1) @ _WAY
+    fresh = ~np.isin(keys, passed)
+    tets, keys = tets[fresh], keys[fresh]
+    named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
     ends, inverse = _unique_names(named)
     points = find_roots(local, places[ends[:, 0]], places[ends[:, 1]])
@@ -164,7 +179,10 @@ def _turning(
     area = np.linalg.norm(across, axis=1)
     away = np.einsum("ik,ijk->ij", across, n).max(axis=1) < -_AWAY * area
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
-    return corners[bad].mean(axis=1), size[bad]
+    wrong = np.zeros(len(places), bool)
+    wrong[named[bad]] = True
+    passed = np.concatenate([passed, keys[~wrong[tets].all(axis=1)]])
+    return corners[bad].mean(axis=1), size[bad], passed
 
 
 def _unique_names(named: IntArray) -> tuple[IntArray, IntArray]:

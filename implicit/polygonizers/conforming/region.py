@@ -6,17 +6,20 @@ the surface is joined by the sweep's own rule, so the two fit without a seam.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from implicit.polygonizers.cell import CORNERS, FACES
+from implicit.polygonizers.conforming.local import distinct
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _JITTER = 2e-3
-"""Vertices inside are moved by so much of a cell, so that no five lie on one sphere."""
+"""Centres are moved by so much of a cell, so that no five vertices lie on one sphere."""
 _FACE_OF = {(axis, side): FACES[2 * axis + side] for axis in range(3) for side in (0, 1)}
 
 
@@ -24,7 +27,8 @@ _FACE_OF = {(axis, side): FACES[2 * axis + side] for axis in range(3) for side i
 class Region:
     """Places (n, 3) in lattice units: `nodes` lattice points (m, 3) first, then the centres of the cells.
 
-    tetrahedra (t, 4); pyramids (p, 5): apex, then the base counter-clockwise seen from outside. cells (c, 3), sorted.
+    tetrahedra (t, 4): two centres, then two nodes; pyramids (p, 5): apex, then the base counter-clockwise seen from
+    outside. cells (c, 3), sorted.
     """
 
     places: FloatArray
@@ -34,12 +38,32 @@ class Region:
     cells: IntArray
     size: IntArray
 
-    def holds(self, cells: IntArray) -> NDArray[np.bool_]:
-        """Which cells (n, 3) belong to the region."""
-        own = np.ravel_multi_index(tuple(self.cells.T), tuple(self.size))
+    @cached_property
+    def tree(self) -> cKDTree:
+        """All places, to look for those near a point."""
+        return cKDTree(self.places)
+
+    @cached_property
+    def _keys(self) -> IntArray:
+        return np.ravel_multi_index(tuple(self.cells.T), tuple(self.size))
+
+    def numbers(self, cells: IntArray) -> IntArray:
+        """The places of the centres of cells (n, 3), -1 for cells that do not belong to the region."""
         inside: NDArray[np.bool_] = np.asarray(((cells >= 0) & (cells < self.size)).all(axis=1))
         asked = np.ravel_multi_index(tuple(np.where(inside[:, None], cells, 0).T), tuple(self.size))
-        return np.logical_and(inside, np.isin(asked, own))
+        row = np.minimum(np.searchsorted(self._keys, asked), len(self._keys) - 1)
+        return np.where(inside & (self._keys[row] == asked), len(self.nodes) + row, -1)
+
+    def holds(self, cells: IntArray) -> NDArray[np.bool_]:
+        """Which cells (n, 3) belong to the region."""
+        return np.asarray(self.numbers(cells) >= 0)
+
+    def renumbered(self, larger: "Region") -> IntArray:
+        """The number that each place has in a region with all the cells of this one, and more."""
+        nodes, known = (
+            np.ravel_multi_index(tuple(region.nodes.T), tuple(region.size + 1)) for region in (self, larger)
+        )
+        return np.concatenate([np.searchsorted(known, nodes), larger.numbers(self.cells)])
 
 
 def _noise(places: FloatArray) -> FloatArray:
@@ -49,17 +73,15 @@ def _noise(places: FloatArray) -> FloatArray:
 
 
 def cells_round(places: FloatArray, reach: int, size: IntArray) -> IntArray:
-    """The cells (n, 3) of a lattice of `size` cells within `reach` cells of the cells that hold the places."""
-    mask = np.zeros(tuple(size + 2 * reach), bool)
+    """The cells (n, 3), sorted, of a lattice of `size` cells within `reach` cells of the cells that hold the places."""
+    wide = tuple((size + 2 * reach).tolist())
     cells = np.floor(places).astype(np.int64)
-    cells = np.unique(cells[((cells >= 0) & (cells < size)).all(axis=1)], axis=0)
-    mask[tuple((cells + reach).T)] = True
-    for axis in range(3):
-        grown = mask.copy()
-        for shift in range(1, reach + 1):
-            grown |= np.roll(mask, shift, axis) | np.roll(mask, -shift, axis)
-        mask = grown
-    return np.argwhere(mask[reach:-reach, reach:-reach, reach:-reach])
+    cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
+    keys = distinct(np.ravel_multi_index(tuple((cells + reach).T), wide))
+    for stride in (wide[1] * wide[2], wide[2], 1):
+        keys = distinct(keys[:, None] + stride * np.arange(-reach, reach + 1))
+    cells = np.column_stack(np.unravel_index(keys, wide)) - reach
+    return cells[((cells >= 0) & (cells < size)).all(axis=1)]
 
 
 def build_region(cells: IntArray, size: IntArray) -> Region:
@@ -85,7 +107,5 @@ def build_region(cells: IntArray, size: IntArray) -> Region:
             tetrahedra += [np.column_stack([ends, base[shared][:, [k, (k + 1) % 4]]]) for k in range(4)]
     outer = np.concatenate(pyramids)
     places = np.concatenate([nodes.astype(float), cells + 0.5])
-    free = np.ones(len(places), bool)
-    free[outer[:, 1:].ravel()] = False
-    places[free] += _JITTER * _noise(places[free])
+    places[len(nodes) :] += _JITTER * _noise(places[len(nodes) :])
     return Region(places, nodes, np.concatenate(tetrahedra), outer, cells, size)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.block import Block
+from implicit.polygonizers.conforming.block import Block, find_blocks
+from implicit.polygonizers.conforming.check import hidden
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood, mesh_neighbourhood
 
@@ -16,9 +20,15 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Cells = Callable[[IntArray], NDArray[np.bool_]]
+"""Which of some cells (n, 3) are meant."""
 
 _APART = 5.0
 """A block nearer than this to other singular points or curves is given up for tetrahedra."""
+_FILLED = 3.0
+"""Tetrahedra reach at least so many cells from singular points and curves."""
+_MOST_SEEDS = 300
+"""If the sweep is too coarse in more places than these, nothing is tried."""
 _BEYOND = 1.5
 """Singular curves are followed so many cells beyond the bounds."""
 
@@ -28,32 +38,65 @@ def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
     return _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
 
 
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Blocks to begin with, the rows of isolated points without one, and places (n, 3) that tetrahedra must reach."""
+
+    blocks: list[Block]
+    rest: IntArray
+    seeds: FloatArray
+
+
+def plan(local: Local, locus: SingularLocus, coarse: FloatArray) -> Plan:
+    """What is known before there are tetrahedra; coarse (n, 3), in lattice units: where the sweep is too coarse.
+
+    Where that is beside a block, and no larger block takes it in, tetrahedra do better than both.
+    """
+    isolated = isolated_points(local, locus)
+    found = find_blocks(local.field, local.grid, isolated, coarse)
+    special, nodes = _others(local, locus, isolated[found.rest])
+    seeds = outside(coarse, [block.holds for block in found.blocks])
+    if len(special) + len(nodes) and len(seeds):
+        seeds = seeds[cKDTree(np.concatenate([special, nodes])).query(seeds)[0] > _FILLED]
+    if not can_be_tried(local, seeds):
+        return Plan(found.blocks, found.rest, seeds[:0])
+    places = isolated.tolist()
+    crowded = [places.index(block.point.tolist()) for block, clear in zip(found.blocks, found.clear) if not clear]
+    blocks = [block for block, clear in zip(found.blocks, found.clear) if clear]
+    return Plan(blocks, np.union1d(found.rest, crowded).astype(np.int64), seeds)
+
+
+def outside(places: FloatArray, skipped: Sequence[Cells]) -> FloatArray:
+    """The places (n, 3) in none of some cells."""
+    for holds in skipped:
+        places = places[~holds(np.floor(places).astype(np.int64))]
+    return places
+
+
+def can_be_tried(local: Local, seeds: FloatArray) -> bool:
+    """Whether there are few places, and it is proved that nothing is singular in their cells."""
+    return len(seeds) <= _MOST_SEEDS and not len(hidden(local.field, local.grid, np.floor(seeds).astype(np.int64)))
+
+
 def resolve(
-    local: Local,
-    locus: SingularLocus,
-    found: tuple[list[Block], IntArray],
-    seeds: FloatArray,
-    before: Neighbourhood | None = None,
+    local: Local, locus: SingularLocus, plan: Plan, seeds: FloatArray, before: Neighbourhood | None = None
 ) -> tuple[list[Block], Neighbourhood | None]:
     """Blocks for the singular points that have one, and the neighbourhood of all others, of the curves and of seeds.
 
-    found: the blocks that there are, and the rows of isolated points without one. seeds (n, 3), in lattice units, are
-    places where the cells are too coarse. before: the neighbourhood that was found with fewer seeds.
+    seeds (n, 3), in lattice units, are places where the cells are too coarse. before: the neighbourhood that was found
+    with fewer seeds.
     """
-    grid = local.grid
     isolated = isolated_points(local, locus)
-    on_curves = _near(local, np.concatenate([np.zeros((0, 3)), *(curve.special for curve in locus.curves)]))
-    lines = [(grid.to_units(curve.polyline), curve.closed) for curve in locus.curves]
-    blocks, left = found
-    nodes = grid.to_units(np.concatenate([np.zeros((0, 3)), *(_near(local, curve.polyline) for curve in locus.curves)]))
+    lines = [(local.grid.to_units(curve.polyline), curve.closed) for curve in locus.curves]
+    blocks, left = plan.blocks, plan.rest
     while True:
-        special = _distinct(grid.to_units(np.concatenate([isolated[left], on_curves])))
+        special, nodes = _others(local, locus, isolated[left])
         if not len(special) and not lines and not len(seeds):
             return blocks, None
         clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes, seeds])) < _APART]
         if not clash:
             hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, before)
-            clash = [block for block in blocks if hood.patch.region.holds(_cells_of(block)).any()]
+            clash = [block for block in blocks if hood.patch.region.holds(block.cells).any()]
             if not clash:
                 return blocks, hood
         blocks = [block for block in blocks if block not in clash]
@@ -61,15 +104,19 @@ def resolve(
         left = np.array([row for row, point in enumerate(isolated.tolist()) if point not in kept], np.int64)
 
 
+def _others(local: Local, locus: SingularLocus, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Special points, those given among them, and nodes of singular curves (n, 3), in lattice units."""
+    none = np.zeros((0, 3))
+    on_curves = _near(local, np.concatenate([none, *(curve.special for curve in locus.curves)]))
+    nodes = np.concatenate([none, *(_near(local, curve.polyline) for curve in locus.curves)])
+    to_units = local.grid.to_units
+    return _distinct(to_units(np.concatenate([points, on_curves]))), to_units(nodes)
+
+
 def _gap(block: Block, units: FloatArray) -> float:
     """How many cells lie between a block and the nearest of some places."""
     away = np.maximum(block.lower - units, units - block.upper).max(axis=1)
     return float(away.min(initial=np.inf))
-
-
-def _cells_of(block: Block) -> IntArray:
-    ranges = [np.arange(a, b) for a, b in zip(block.lower, block.upper, strict=True)]
-    return np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def _near(local: Local, points: FloatArray) -> FloatArray:

@@ -18,8 +18,10 @@ IntArray = NDArray[np.int64]
 
 _SAMPLES = 192
 _ZOOMS = 4
-_SCALES = np.array([1, 0.5, 0.25, 1 / 16, 1 / 64])
+_SCALES = (1.0, 0.5, 0.25, 1 / 16, 1 / 64)
 """A ring is stable when it is crossed equally often at these shares of its radius."""
+_SHARES = np.arange(17) / 16
+"""Where there are samples in a zoom."""
 _GAP = 0.8
 """The largest angle between vertices."""
 
@@ -48,42 +50,82 @@ class Circle:
         return Circle(self.center, self.u, self.v, self.radius * factor, self.sphere)
 
 
-def crossings(local: Local, circle: Circle) -> FloatArray:
-    """The angles (n,) in [0, 2 pi) where f changes sign on the circle, ascending."""
-    angles = _angles()
-    angles, values = _zoomed(local, circle, angles, local.values(circle.at(angles)))
-    signs = np.where(values < 0, -1, 1)
-    k = np.flatnonzero(signs != np.roll(signs, -1))
-    low, high = angles[k], np.roll(angles, -1)[k]
-    high = np.where(high < low, high + 2 * np.pi, high)
-    return np.sort(bisect(lambda a: local.signs(circle.at(a)) == signs[k], low, high) % (2 * np.pi))
+@dataclass(frozen=True, eq=False)
+class _Many:
+    """Several circles, looked at together: places (n, 3), axes (n, 3), radii (n,)."""
+
+    circles: list[Circle]
+    center: FloatArray
+    u: FloatArray
+    v: FloatArray
+    radius: FloatArray
+
+    @classmethod
+    def of(cls, circles: list[Circle]) -> "_Many":
+        center, u, v = (np.array([getattr(c, name) for c in circles]).reshape(-1, 3) for name in ("center", "u", "v"))
+        return cls(circles, center, u, v, np.array([circle.radius for circle in circles]))
+
+    def at(self, rows: IntArray, angles: FloatArray) -> FloatArray:
+        """The points (..., 3) at angles (...,) of circles (...,), all in space or all on one sphere."""
+        cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
+        across = cosine * self.u[rows] + sine * self.v[rows]
+        points = self.center[rows] + self.radius[rows][..., None] * across
+        sphere = self.circles[0].sphere
+        return np.asarray(points if sphere is None else sphere[0] + sphere[1] * unit_rows(points - sphere[0]))
 
 
-def counts(local: Local, circle: Circle, scales: FloatArray) -> IntArray:
-    """How often (n,) circles with these shares of the radius are crossed."""
-    angles = _angles()
-    points = np.stack([circle.scaled(float(scale)).at(angles) for scale in scales])
-    result = []
-    for scale, row in zip(scales, local.values(points), strict=True):
-        inside = _zoomed(local, circle.scaled(float(scale)), angles, row)[1] < 0
-        result.append(np.count_nonzero(inside != np.roll(inside, 1)))
-    return np.array(result)
+def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
+    """For each circle the angles (n,) in [0, 2 pi) where f changes sign on it, ascending."""
+    if not circles:
+        return []
+    many = _Many.of(circles)
+    owner, low, high, inside = (np.concatenate(part) for part in zip(*_changes(local, many), strict=True))
+    found = bisect(lambda angles: (local.values(many.at(owner, angles)) < 0) == inside, low, high) % (2 * np.pi)
+    order = np.lexsort((found, owner))
+    return np.split(found[order], np.cumsum(np.bincount(owner, minlength=len(circles)))[:-1])
 
 
-def _angles() -> FloatArray:
-    return 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES + 0.0123
+def counts(local: Local, circles: list[Circle]) -> IntArray:
+    """How often (n,) circles are crossed."""
+    many = _Many.of(circles)
+    return np.bincount(np.concatenate([part[0] for part in _changes(local, many)]), minlength=len(circles))
 
 
-def _zoomed(local: Local, circle: Circle, angles: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The samples with more among them where two crossings may hide."""
+_Changes = tuple[IntArray, FloatArray, FloatArray, NDArray[np.bool_]]
+
+
+def _changes(local: Local, many: _Many) -> list[_Changes]:
+    """Where f changes sign: the number of the circle, angles before and after, whether f < 0 before.
+
+    Where two crossings may hide between samples, there are more of these, in a zoom of a few steps.
+    """
+    count = len(many.circles)
+    angles = np.tile(2 * np.pi * np.arange(_SAMPLES + 2) / _SAMPLES + 0.0123, (count, 1))
+    owner = np.arange(count)
+    values = local.values(many.at(owner[:, None], angles[:, :-2]))
+    values = np.concatenate([values, values[:, :2]], axis=1)
+    most = np.abs(values).max(axis=1)
+    result = [_signs(owner, angles[:, :-1], values[:, :-1])]
+    added = np.zeros(count, np.int64)
     for _ in range(_ZOOMS):
-        finer = _hidden(angles, values)
-        if not len(finer) or len(angles) > 5 * _SAMPLES:
+        row, k = _hidden(values, most[owner])
+        fine = added[owner[row]] <= 4 * _SAMPLES
+        row, k = row[fine], k[fine]
+        if not len(row):
             break
-        angles, values = np.concatenate([angles, finer]), np.concatenate([values, local.values(circle.at(finer))])
-        order = np.argsort(angles)
-        angles, values = angles[order], values[order]
-    return angles, values
+        owner, low, high = owner[row], angles[row, k], angles[row, k + 2]
+        ends = values[row, k], values[row, k + 2]
+        angles = low[:, None] + (high - low)[:, None] * _SHARES
+        values = np.column_stack([ends[0], local.values(many.at(owner[:, None], angles[:, 1:-1])), ends[1]])
+        result.append(_signs(owner, angles, values))
+        added += (len(_SHARES) - 2) * np.bincount(owner, minlength=count)
+    return result
+
+
+def _signs(owner: IntArray, angles: FloatArray, values: FloatArray) -> _Changes:
+    inside = values < 0
+    row, k = np.nonzero(inside[:, 1:] != inside[:, :-1])
+    return owner[row], angles[row, k], angles[row, k + 1], inside[row, k]
 
 
 def bisect(same: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
@@ -95,28 +137,35 @@ def bisect(same: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, hig
     return low
 
 
-def _hidden(angles: FloatArray, values: FloatArray) -> FloatArray:
-    """Angles to look at: round the least |f| among neighbours of one sign, where it is low enough to hide two zeros."""
-    size, signs = np.abs(values), values < 0
-    ahead, behind = np.roll(size, -1), np.roll(size, 1)
-    least = (size <= ahead) & (size <= behind) & (signs == np.roll(signs, -1)) & (signs == np.roll(signs, 1))
-    k = np.flatnonzero(least & (size < 0.5 * np.minimum(ahead, behind) + 0.02 * size.max()))
-    low, high = np.roll(angles, 1)[k], np.roll(angles, -1)[k]
-    low = np.where(low > angles[k], low - 2 * np.pi, low)
-    high = np.where(high < angles[k], high + 2 * np.pi, high)
-    shares = np.arange(1, 16) / 16
-    return np.asarray((low[:, None] + (high - low)[:, None] * shares).ravel() % (2 * np.pi))
+def _hidden(values: FloatArray, most: FloatArray) -> tuple[IntArray, IntArray]:
+    """Rows of values (n, k), and places in them before the least |f| of one sign, if low enough to hide two zeros."""
+    size, inside = np.abs(values), values < 0
+    behind, here, ahead = size[:, :-2], size[:, 1:-1], size[:, 2:]
+    least = (here <= ahead) & (here <= behind)
+    least &= (inside[:, 1:-1] == inside[:, 2:]) & (inside[:, 1:-1] == inside[:, :-2])
+    row, place = np.nonzero(least & (here < 0.5 * np.minimum(ahead, behind) + 0.02 * most[:, None]))
+    return np.asarray(row, np.int64), np.asarray(place, np.int64)
 
 
-def stable(local: Local, circle: Circle, least: float) -> tuple[Circle | None, int]:
-    """The largest circle, of radii falling by sqrt 2, crossed as often at all smaller scales, and how often."""
+def stable(local: Local, circles: list[Circle], least: float) -> tuple[list[Circle | None], IntArray]:
+    """The largest circles, of radii falling by sqrt 2 to a least share, crossed as often at all smaller scales; None
+    where there is none. And how often each is crossed.
+    """
+    found: list[Circle | None] = [None] * len(circles)
+    number = np.zeros(len(circles), np.int64)
+    left = list(range(len(circles)))
     factor = 1.0
-    while circle.radius * factor > least:
-        found = counts(local, circle, factor * _SCALES)
-        if (found == found[0]).all():
-            return circle.scaled(factor), int(found[0])
+    while left and factor > least:
+        tried = [circles[row].scaled(factor * scale) for row in left for scale in _SCALES]
+        crossed = counts(local, tried).reshape(-1, len(_SCALES))
+        same = (crossed == crossed[:, :1]).all(axis=1)
+        if factor == 1.0:
+            number[:] = crossed[:, 0]
+        for place in np.flatnonzero(same):
+            found[left[place]], number[left[place]] = circles[left[place]].scaled(factor), crossed[place, 0]
+        left = [row for row, done in zip(left, same, strict=True) if not done]
         factor /= 2**0.5
-    return None, int(counts(local, circle, _SCALES[:1])[0])
+    return found, number
 
 
 def beside(roots: FloatArray) -> FloatArray:

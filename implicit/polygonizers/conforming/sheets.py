@@ -26,9 +26,15 @@ _PYRAMID = ((1, 2, 3, 4), (2, 1, 0), (3, 2, 0), (4, 3, 0), (1, 4, 0))
 """The faces of a pyramid with apex 0, counter-clockwise seen from outside."""
 
 
+def met(signs: IntArray, tetrahedra: IntArray) -> NDArray[np.bool_]:
+    """Which tetrahedra have a vertex inside and one outside."""
+    corners = signs[tetrahedra.T]
+    return np.logical_or.reduce(corners < 0) & np.logical_or.reduce(corners > 0)
+
+
 def in_tetrahedra(places: FloatArray, signs: IntArray, tetrahedra: IntArray) -> IntArray:
     """Oriented triangles (n, 3, 2) of named vertices in tetrahedra with signs -1, 0, 1."""
-    mixed = tetrahedra[(signs[tetrahedra].min(axis=1) < 0) & (signs[tetrahedra].max(axis=1) > 0)]
+    mixed = tetrahedra[met(signs, tetrahedra)]
     order = np.argsort(signs[mixed], axis=1, kind="stable")
     mixed = np.take_along_axis(mixed, order, axis=1)
     sign = signs[mixed]
@@ -39,7 +45,7 @@ def in_tetrahedra(places: FloatArray, signs: IntArray, tetrahedra: IntArray) -> 
         up = places[rows[:, -1]] - places[rows[:, 0]]
         for triangle in triangles:
             named = rows[:, np.array(triangle)]
-            a, b, c = (places[named[:, k]].mean(axis=1) for k in range(3))
+            a, b, c = (places[named[:, k, 0]] + places[named[:, k, 1]] for k in range(3))
             flip = np.einsum("ij,ij->i", np.cross(b - a, c - a), up) < 0
             named[flip] = named[flip][:, ::-1]
             result.append(named)

@@ -81,10 +81,7 @@ def find_tube(
     if not apart.all():
         settled = False
         stations, sizes = (part[np.append(True, apart)] for part in (stations, sizes))
-    segments = tuple(
-        _segment(local, stations[k], stations[k + 1], 0.5 * (sizes[k] + sizes[k + 1]), rng)
-        for k in range(len(stations) - 1)
-    )
+    segments = _segments(local, stations, 0.5 * (sizes[1:] + sizes[:-1]), rng)
     return Tube(number, arc, stations, segments, start, end, settled)
 
 
@@ -155,19 +152,22 @@ def _stable_sizes(
         stops = np.unique(np.concatenate([stops, s[-1] * np.array([0.005, 0.02, 0.05, 0.95, 0.98, 0.995])]))
     parameters, sizes = np.interp(stops, s, t), np.interp(stops, s, h)
     places, tangents = arc.places(parameters), arc.tangents(parameters)
-    found = np.empty(len(stops))
-    settled = True
-    for k, size in enumerate(sizes):
-        circle, _ = stable(local, Circle(places[k], *frame(tangents[k]), size), 1e-3 * size)
-        settled &= circle is not None
-        found[k] = circle.radius if circle else 0.02 * size
-    return _smooth(np.minimum(h, np.interp(s, stops, found)), s), settled
+    circles = [Circle(*parts) for parts in zip(places, *frame(tangents), sizes.tolist(), strict=True)]
+    found = stable(local, circles, 1e-3)[0]
+    radii = [circle.radius if circle else 0.02 * size for circle, size in zip(found, sizes, strict=True)]
+    return _smooth(np.minimum(h, np.interp(s, stops, radii)), s), None not in found
 
 
-def _segment(local: Local, a: FloatArray, b: FloatArray, size: float, rng: np.random.Generator) -> Segment:
-    """The ring round an edge."""
-    length = float(np.linalg.norm(b - a))
-    circle = Circle((a + b) / 2, *frame((b - a) / length), max(size, 0.62 * length))
-    roots = crossings(local, circle)
-    ring = circle.at(beside(roots))
-    return Segment(np.stack([a, b]), circle, ring + rng.normal(size=ring.shape) * 1e-4 * circle.radius, len(roots))
+def _segments(local: Local, stations: FloatArray, sizes: FloatArray, rng: np.random.Generator) -> tuple[Segment, ...]:
+    """The edges between stations with their rings."""
+    way = np.diff(stations, axis=0)
+    length = np.linalg.norm(way, axis=1)
+    middles, axes = (stations[1:] + stations[:-1]) / 2, frame(way / length[:, None])
+    radii = np.maximum(sizes, 0.62 * length)
+    circles = [Circle(*parts) for parts in zip(middles, *axes, radii.tolist(), strict=True)]
+    result = []
+    for row, (circle, roots) in enumerate(zip(circles, crossings(local, circles), strict=True)):
+        ring = circle.at(beside(roots))
+        ring += rng.normal(size=ring.shape) * 1e-4 * circle.radius
+        result.append(Segment(stations[row : row + 2], circle, ring, len(roots)))
+    return tuple(result)

@@ -1,0 +1,122 @@
+"""Bernstein bounds of the polynomials q(t, u, v) on the faces of a block, and of their derivatives along the faces."""
+
+from dataclasses import dataclass
+from functools import cache
+from math import comb
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """Coefficients (faces, s, j, k) of t^s u^j v^k, and what may be lost in them by rounding is a share of `sizes`."""
+
+    coefficients: FloatArray
+    sizes: FloatArray
+
+    @classmethod
+    def of(cls, faces: list[FloatArray]) -> "Hull":
+        """The polynomials of several faces, each given by its coefficients (s, j, k)."""
+        shape = np.max([face.shape for face in faces], axis=0)
+        q = np.stack([np.pad(face, [(0, a - b) for a, b in zip(shape, face.shape, strict=True)]) for face in faces])
+        return cls(q, np.abs(q))
+
+    def at_end(self) -> "Hull":
+        """The polynomials at t = 1, which are the same for all t."""
+        q, sizes = (part.sum(axis=1, keepdims=True) for part in (self.coefficients, self.sizes))
+        return Hull(q, sizes)
+
+    def ranges(self, boxes: FloatArray) -> FloatArray:
+        """Bounds (n, 6) of q and its derivatives in u and v on boxes (n, 4, 2), rounding included.
+
+        Boxes are ranges of t, u and v, and the number of the face, twice. Where a box has no width along an axis, the
+        derivative along it is given as 0.
+        """
+        result = np.empty((len(boxes), 6))
+        shape = self.coefficients.shape[1:]
+        error = 32 * (sum(shape) + 16) * float(np.finfo(float).eps)
+        weights = (_weights(n - 1) for n in shape)
+        _find_ranges(self.coefficients, self.sizes, np.ascontiguousarray(boxes), *weights, error, result)
+        return result
+
+
+@cache
+def _weights(degree: int) -> FloatArray:
+    """(i, m, s): the share of the products with s upper ends among those of m ends out of i upper, degree - i lower."""
+    result = np.zeros((degree + 1,) * 3)
+    for i in range(degree + 1):
+        for m in range(degree + 1):
+            for s in range(m + 1):
+                result[i, m, s] = comb(i, s) * comb(degree - i, m - s) / comb(degree, m)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _bernstein_matrix(low: float, high: float, weights: Any, matrix: Any) -> None:
+    """Row i, column m: the mean of the products of m out of i upper and degree - i lower ends."""
+    n = len(weights)
+    for i in range(n):
+        for m in range(n):
+            total = 0.0
+            for s in range(m + 1):
+                total += weights[i, m, s] * high**s * low ** (m - s)
+            matrix[i, m] = total
+
+
+@njit(cache=True, nogil=True)
+def _find_ranges(faces: Any, abs_faces: Any, boxes: Any, wt: Any, wu: Any, wv: Any, error: float, result: Any) -> None:
+    a, b, c = faces.shape[1:]
+    mt, mu, mv = np.empty((a, a)), np.empty((b, b)), np.empty((c, c))
+    sizes = np.empty(3)
+    for index in range(len(boxes)):
+        box = boxes[index]
+        face = int(box[3, 0])
+        q, weight = faces[face], abs_faces[face]
+        _bernstein_matrix(box[0, 0], box[0, 1], wt, mt)
+        _bernstein_matrix(box[1, 0], box[1, 1], wu, mu)
+        _bernstein_matrix(box[2, 0], box[2, 1], wv, mv)
+        one = np.zeros((a, b, c))
+        two = np.zeros((a, b, c))
+        hull = np.zeros((a, b, c))
+        for axis in range(3):
+            sizes[axis] = max(abs(box[axis, 0]), abs(box[axis, 1]))
+        size = 0.0
+        for i in range(a):
+            for j in range(b):
+                for k in range(c):
+                    value = q[i, j, k]
+                    if weight[i, j, k] != 0.0:
+                        size += weight[i, j, k] * sizes[0] ** i * sizes[1] ** j * sizes[2] ** k
+                        for m in range(c):
+                            one[i, j, m] += mv[m, k] * value
+        for i in range(a):
+            for j in range(b):
+                for m in range(b):
+                    for k in range(c):
+                        two[i, m, k] += mu[m, j] * one[i, j, k]
+        for i in range(a):
+            for m in range(a):
+                for j in range(b):
+                    for k in range(c):
+                        hull[m, j, k] += mt[m, i] * two[i, j, k]
+        slack = error * size
+        result[index, 0], result[index, 1] = hull.min() - slack, hull.max() + slack
+        for axis in range(1, 3):
+            width = box[axis, 1] - box[axis, 0]
+            n = hull.shape[axis] - 1
+            low, high = np.inf, -np.inf
+            for i in range(a):
+                for j in range(b - (axis == 1)):
+                    for k in range(c - (axis == 2)):
+                        step = hull[i, j + (axis == 1), k + (axis == 2)] - hull[i, j, k]
+                        low, high = min(low, step), max(high, step)
+            if n == 0 or width <= 0.0:
+                result[index, 2 * axis], result[index, 2 * axis + 1] = 0.0, 0.0
+            else:
+                result[index, 2 * axis] = (low - 2 * slack) * n / width
+                result[index, 2 * axis + 1] = (high + 2 * slack) * n / width
