@@ -20,6 +20,8 @@ IntArray = NDArray[np.int64]
 
 _ROUNDS = 20
 _BUDGET = 1200
+_NARROWEST = 1e-4
+"""Exits whose rings would be narrower than this angle are not told apart."""
 _SHARES = np.linspace(0, 1, 10)[1:-1]
 _PLACES = np.array([(6, 0, 0), (0, 6, 0), (0, 0, 6), (3, 3, 0), (0, 3, 3), (3, 0, 3), (2, 2, 2)]) / 6
 
@@ -52,6 +54,8 @@ def find_link(
     for i, exit_ in enumerate(exits):
         others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
         widest = min(0.5 * spacing, 0.4 * others.min(initial=9.0))
+        settled &= widest > _NARROWEST
+        widest = max(widest, _NARROWEST)
         circle = Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius))
         found, count = stable(local, circle, 1e-3 * circle.radius)
         settled &= found is not None

@@ -24,8 +24,9 @@ _BEYOND = 1.5
 
 
 def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
-    """The isolated singular points (n, 3) in the bounds or close to them."""
-    return _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
+    """The isolated singular points (n, 3) in the bounds or close to them, each once."""
+    points = _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
+    return points[_distinct(local.grid.to_units(points))]
 
 
 def resolve(
@@ -47,7 +48,8 @@ def resolve(
     blocks, left = found
     nodes = grid.to_units(np.concatenate([np.zeros((0, 3)), *(_near(local, curve.polyline) for curve in locus.curves)]))
     while True:
-        special = _distinct(grid.to_units(np.concatenate([isolated[left], on_curves])))
+        special = grid.to_units(np.concatenate([isolated[left], on_curves]))
+        special = special[_distinct(special)]
         if not len(special) and not lines and not len(seeds):
             return blocks, None
         clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes, seeds])) < _APART]
@@ -77,7 +79,7 @@ def _near(local: Local, points: FloatArray) -> FloatArray:
     return points[local.heights(local.grid.to_units(points)) < 2] if len(points) else points
 
 
-def _distinct(points: FloatArray) -> FloatArray:
-    """The points without those that repeat an earlier one."""
+def _distinct(points: FloatArray) -> NDArray[np.bool_]:
+    """Which points (n, 3) do not repeat an earlier one."""
     far = np.linalg.norm(points[:, None] - points, axis=2) > 1e-6
-    return points[[row for row in range(len(points)) if far[row, :row].all()]]
+    return np.array([far[row, :row].all() for row in range(len(points))], bool)
