@@ -71,11 +71,11 @@ def find_tube(
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
     h = _sizes(number, arcs, balls, q, s, start, end, limits)
     h, settled = _stable_sizes(local, arc, t, s, h, start is not None, end is not None)
-    pace = np.append(0.0, np.cumsum(np.diff(s) * 0.5 * (1 / h[1:] + 1 / h[:-1])))
-    excess = float(pace[-1]) / (_MOST + _MOST_PER_CELL * float(s[-1]))
-    if excess > 1:
+    pace = _pace(s, h)
+    if pace[-1] > _MOST + _MOST_PER_CELL * s[-1]:
         settled = False
-        pace, h = pace / excess, h * excess
+        h = np.maximum(h, 1 / _MOST_PER_CELL)
+        pace = _pace(s, h)
     chosen = _stations(pace, np.interp(walls[(walls > first) & (walls < last)], t, pace), arc.closed)
     parameters, sizes = np.interp(chosen, pace, t), np.interp(chosen, pace, h)
     stations = arc.places(parameters)
@@ -100,6 +100,11 @@ def _end_of(number: int, side: int, balls: list[Ball]) -> tuple[int, int] | None
             if leave.arc == number and leave.side == side:
                 return row, place
     return None
+
+
+def _pace(s: FloatArray, h: FloatArray) -> FloatArray:
+    """The integral (n,) of 1 / h along lengths s (n,)."""
+    return np.append(0.0, np.cumsum(np.diff(s) * 0.5 * (1 / h[1:] + 1 / h[:-1])))
 
 
 def _stations(pace: FloatArray, walls: FloatArray, closed: bool) -> FloatArray:
