@@ -20,6 +20,8 @@ IntArray = NDArray[np.int64]
 
 _ROUNDS = 20
 _BUDGET = 1200
+_NARROWEST = 1e-4
+"""Exits whose rings would be narrower than this angle are not told apart."""
 _SHARES = np.linspace(0, 1, 10)[1:-1]
 _PLACES = np.array([(6, 0, 0), (0, 6, 0), (0, 0, 6), (3, 3, 0), (0, 3, 3), (3, 0, 3), (2, 2, 2)]) / 6
 
@@ -47,13 +49,15 @@ def find_link(
     """The link on the sphere of a radius, refined from points about `spacing` apart; exits (k, 3) are directions."""
     plain = int(4 * np.pi / (0.8 * spacing**2))
     points = spread(plain, rng)
-    circles = []
+    circles, narrow = [], False
     for i, exit_ in enumerate(exits):
         others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
         widest = min(0.5 * spacing, 0.4 * others.min(initial=9.0))
+        narrow |= widest <= _NARROWEST
+        widest = max(widest, _NARROWEST)
         circles.append(Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius)))
     found, sheets = stable(local, circles, 1e-3)
-    settled = None not in found
+    settled = None not in found and not narrow
     circles = [new or old for new, old in zip(found, circles, strict=True)]
     roots = crossings(local, circles)
     rings = [unit_rows(c.at(beside(r)) - point) for c, r in zip(circles, roots, strict=True)]
