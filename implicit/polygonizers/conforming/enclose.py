@@ -1,7 +1,8 @@
 """f along straight segments and over flat triangles, decided by Bernstein coefficients.
 
 There f is a polynomial of the surface's degree, found from as many values as it has coefficients. It changes sign at
-most as often as the coefficients do, and all its values lie between the least and the largest of them.
+most as often as the coefficients do, and all its values lie between the least and the largest of them. Of a surface
+that is no polynomial samples have to tell.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from math import comb, factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.local import Local, unit_rows
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -20,6 +21,8 @@ Flags = NDArray[np.bool_]
 
 _HALVINGS = 10
 """What is not decided on this part of a segment is as good as undecided."""
+_SAMPLES = np.arange(17) / 16
+_PLACES = np.array([(6, 0, 0), (0, 6, 0), (0, 0, 6), (3, 3, 0), (0, 3, 3), (3, 0, 3), (2, 2, 2)]) / 6
 _NOISE = 8.0
 """Where f is so many times its rounding at most, there is nothing to decide."""
 
@@ -70,8 +73,10 @@ class Changes:
 
 
 def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
-    """Where f changes sign on the segments from a to b (n, 3)."""
-    form = _on_segments(_degree(local))
+    """Where f changes sign on the segments from a to b (n, 3); of what is no polynomial, as far as samples show it."""
+    if local.degree is None:
+        return _sampled(local, a, b)
+    form = _on_segments(max(local.degree, 1))
     places = a[:, None] + form.nodes[:, None] * (b - a)[:, None]
     coefficients = local.values(places) @ form.matrix.T
     noise = form.growth * local.noise(np.stack([a, b], axis=1))
@@ -93,12 +98,21 @@ def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
     return Changes(len(a), owner[order], low[order], high[order], sure[order])
 
 
+def _sampled(local: Local, a: FloatArray, b: FloatArray) -> Changes:
+    inside = local.values(a[:, None] + _SAMPLES[:, None] * (b - a)[:, None]) < 0
+    owner, place = np.nonzero(inside[:, 1:] != inside[:, :-1])
+    return Changes(len(a), owner, _SAMPLES[place], _SAMPLES[place + 1], np.ones(len(owner), bool))
+
+
 def plain(local: Local, corners: FloatArray) -> Flags:
     """Which triangles (n, 3, 3) f = 0 meets, if at all, in arcs without a turn: f rises along some direction.
 
     Proved, up to the rounding of the values; with edges on which f changes sign once at most, there is one arc at most.
+    What is no polynomial has to rise at samples.
     """
-    degree = _degree(local)
+    if local.degree is None:
+        return _rising(local, corners)
+    degree = max(local.degree, 1)
     form, steps = _on_triangles(degree), _steps(degree)
     coefficients = local.values(np.einsum("kb,nbc->nkc", form.nodes, corners)) @ form.matrix.T
     noise = form.growth * local.noise(corners)
@@ -112,10 +126,16 @@ def plain(local: Local, corners: FloatArray) -> Flags:
     return np.asarray(away | (rise.min(axis=1, initial=np.inf) > 4 * degree * noise * np.abs(way).sum(axis=1)))
 
 
-def _degree(local: Local) -> int:
-    if local.degree is None:
-        raise TypeError("only a polynomial has Bernstein coefficients")
-    return max(local.degree, 1)
+def _rising(local: Local, corners: FloatArray) -> Flags:
+    """Which triangles have samples of one sign, or gradients in their plane that turn little."""
+    values, slopes = local.gradients(np.einsum("kb,nbc->nkc", _PLACES, corners))
+    normal = unit_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[:, None]
+    slopes = slopes - (slopes * normal).sum(axis=-1, keepdims=True) * normal
+    wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
+    away = np.abs(values).min(axis=1) > 0.75 * np.linalg.norm(slopes, axis=-1).max(axis=1) * wide
+    ways = unit_rows(slopes)
+    turn = np.einsum("nkc,nlc->nkl", ways, ways).min(axis=(1, 2))
+    return np.asarray((away & (np.ptp(values < 0, axis=1) == 0)) | (turn > 0.1))
 
 
 def _most_changes(coefficients: FloatArray, noise: FloatArray) -> IntArray:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
-from implicit.polygonizers.conforming.link import middle_of_other
+from implicit.polygonizers.conforming.enclose import changes
 from implicit.polygonizers.conforming.local import Local, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
@@ -18,7 +18,6 @@ IntArray = NDArray[np.int64]
 _ROUNDS = 30
 _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
-_SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
 _WAY = np.array([1.0, np.pi, np.e])
 """Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
@@ -140,11 +139,10 @@ def _unseen(
     fresh_edges = ~np.isin(keys, tested)
     edges, a, b = edges[fresh_edges], a[fresh_edges], b[fresh_edges]
     tested = np.concatenate([tested, keys[fresh_edges]])
-    between = a[:, None] + (b - a)[:, None] * _SHARES[:, None]
-    inner = local.signs(between)
-    row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
-    found = middle_of_other(between, inner, row)
-    spacing = np.linalg.norm(b - a, axis=1)[np.count_nonzero(np.diff(row, axis=1), axis=1) > 1]
+    seen = changes(local, a, b)
+    twice = seen.counts > 1
+    found = a[twice] + seen.beyond[twice, None] * (b - a)[twice]
+    spacing = np.linalg.norm((b - a)[twice], axis=1)
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
     other = local.signs(samples) != signs[same[:, :1]]
