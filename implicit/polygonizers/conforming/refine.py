@@ -15,7 +15,7 @@ from implicit.polygonizers.conforming.skeleton import Skeleton, thin
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ROUNDS = 30
+_ROUNDS = 60
 _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
 _SHARES = np.linspace(0, 1, 9)[1:-1]
@@ -24,6 +24,8 @@ _WAY = np.array([1.0, np.pi, np.e])
 """Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
 _TURN = 0.2
 _AWAY = 0.3
+_SHARES_APART = (0.12, 0.02)
+"""New vertices are so far from all others, as shares of the spacing there."""
 _FLAT = 0.05
 """Triangles this thin may face anywhere."""
 _GROWTH = 4
@@ -85,7 +87,7 @@ def mesh_region(
         wrong = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
         free = skeleton.free(wrong, 0.999, 1.0)
         blocked.append(wrong[~free])
-        kept = wrong[free][thin(wrong[free], spacing[free], new, 0.12)]
+        kept = _apart(wrong[free], spacing[free], new)
         if not len(kept):
             break
         around = np.concatenate([around, kept])
@@ -95,6 +97,15 @@ def mesh_region(
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
     return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity)
+
+
+def _apart(points: FloatArray, spacing: FloatArray, others: FloatArray) -> FloatArray:
+    """The points that are not too near to each other or to others; if none is, those not nearer still."""
+    for share in _SHARES_APART:
+        kept = points[thin(points, spacing, others, share)]
+        if len(kept):
+            break
+    return kept
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
