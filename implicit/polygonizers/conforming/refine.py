@@ -1,12 +1,12 @@
 """Tetrahedra near the singular set, refined until they see the surface, and the triangles in them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
-from implicit.polygonizers.conforming.link import middle_of_other
+from implicit.polygonizers.conforming.link import middle_of_other, several
 from implicit.polygonizers.conforming.local import Local, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
@@ -64,21 +64,25 @@ def mesh_region(
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
-    tested, passed = np.zeros(0), np.zeros(0)
+    seen, dead, kept = _Seen(), np.zeros(0, bool), np.zeros((0, 3))
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
-        region = held = _region(held, _touched(skeleton, new), size)
-        dead = dead_vertices(region, skeleton.cleared, new)
-        stay, fresh, fits = cavity.fill(region, dead, new)
+        region = _region(held, _touched(skeleton, new), size)
+        if turn and region is held:
+            dead = dead | dead_vertices(region, skeleton.cleared[:0], kept)
+        else:
+            dead = dead_vertices(region, skeleton.cleared, new)
+        held = region
+        stay, fresh, known, fits = cavity.fill(region, dead, new)
         places = np.concatenate([region.places, new])
         signs = _signs(local, region, skeleton, places)
         if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
-        act = stay[np.ptp(signs[stay], axis=1) > 0] if turn == 0 else stay[:0]
-        wrong, spacing, tested = _unseen(local, places, signs, np.concatenate([act, fresh]), fresh, tested)
+        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, fresh[:known])])
+        active = stay[met(signs, stay)] if turn == 0 else stay[:0]
+        wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
         if not (local.heights(wrong) < _BEYOND).any():
-            tets = np.concatenate([stay, fresh])
-            wrong, spacing, passed = _turning(local, places, signs, tets, passed)
+            wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen)
         near = local.heights(wrong) < _BEYOND
         wrong, spacing = wrong[near], spacing[near]
         if not len(wrong):
@@ -137,46 +141,63 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
     return signs
 
 
-def _unseen(
-    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, fresh: IntArray, tested: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places where an edge hides crossings, or a tetrahedron of one sign a finger of the other; the spacing there.
-
-    tested: edges that have been looked at, named by their ends.
+@dataclass(eq=False)
+class _Seen:
+    """What need not be looked at again, or must be, named by its ends: edges that were looked at, tetrahedra in which
+    there was a finger of the other sign, and those whose triangles are right.
     """
-    edges = pairs_of(tetrahedra)
+
+    edges: FloatArray = field(default_factory=lambda: np.zeros(0))
+    hit: FloatArray = field(default_factory=lambda: np.zeros(0))
+    right: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
+        """The tetrahedra in which there was a finger."""
+        return tetrahedra[np.isin(_names(places, tetrahedra), self.hit)] if len(self.hit) else tetrahedra[:0]
+
+
+def _names(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
+    return np.asarray(places[tetrahedra].sum(axis=1) @ _WAY)
+
+
+def _unseen(
+    local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: _Seen
+) -> tuple[FloatArray, FloatArray]:
+    """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
+    spacing there.
+    """
+    edges = pairs_of(np.concatenate([active, fresh]))
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
-    fresh_edges = ~np.isin(keys, tested)
-    edges, a, b = edges[fresh_edges], a[fresh_edges], b[fresh_edges]
-    tested = np.concatenate([tested, keys[fresh_edges]])
+    left = ~np.isin(keys, seen.edges)
+    edges, a, b = edges[left], a[left], b[left]
+    seen.edges = np.concatenate([seen.edges, keys[left]])
     between = a[:, None] + (b - a)[:, None] * _SHARES[:, None]
     inner = local.signs(between)
     row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
     found = middle_of_other(between, inner, row)
-    spacing = np.linalg.norm(b - a, axis=1)[np.count_nonzero(np.diff(row, axis=1), axis=1) > 1]
+    spacing = np.linalg.norm(b - a, axis=1)[several(row)]
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
     other = local.signs(samples) != signs[same[:, :1]]
     hit = other.any(axis=1)
     finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    return np.concatenate([found, finger]), np.concatenate([spacing, length]), tested
+    seen.hit = _names(places, same[hit])
+    return np.concatenate([found, finger]), np.concatenate([spacing, length])
 
 
 def _turning(
-    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, passed: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, seen: _Seen
+) -> tuple[FloatArray, FloatArray]:
     """Middles and sizes of the triangles off the singular set over which the gradient turns too far, or that face away
     from it at all corners.
-
-    passed: tetrahedra in which nothing of the kind was found, named by their middles; they are not looked at again.
     """
     tets = tetrahedra[met(signs, tetrahedra)]
-    keys = places[tets].sum(axis=1) @ _WAY
-    fresh = ~np.isin(keys, passed)
-    tets, keys = tets[fresh], keys[fresh]
+    keys = _names(places, tets)
+    left = ~np.isin(keys, seen.right)
+    tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
     ends, inverse = _unique_names(named)
@@ -192,8 +213,8 @@ def _turning(
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
     wrong = np.zeros(len(places), bool)
     wrong[named[bad]] = True
-    passed = np.concatenate([passed, keys[~wrong[tets].all(axis=1)]])
-    return corners[bad].mean(axis=1), size[bad], passed
+    seen.right = np.concatenate([seen.right, keys[~wrong[tets].all(axis=1)]])
+    return corners[bad].mean(axis=1), size[bad]
 
 
 def _unique_names(named: IntArray) -> tuple[IntArray, IntArray]:
