@@ -91,7 +91,12 @@ def test_a_small_sphere_inside_a_triangle_is_not_plain():
     assert not plain(ball, corners)[0]
 
 
-def test_only_polynomials_are_decided():
-    wave = lay("sin(x) + y")
-    with pytest.raises(TypeError, match="only a polynomial has Bernstein coefficients"):
-        changes(wave, np.zeros((1, 3)), np.ones((1, 3)))
+def test_of_what_is_no_polynomial_samples_tell():
+    wave = lay("sin(6*x) + y")
+    ends = wave.grid.to_units(np.array([[[-1.4, 0.0, 0]], [[1.4, 0.0, 0]]]))
+    found = changes(wave, *ends)
+    assert found.counts.tolist() == [5]  # at multiples of pi / 6
+    assert -1.2 < -1.4 + 2.8 * found.beyond[0] < -np.pi / 6
+    small = wave.grid.to_units(np.array([[[0.0, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0.0]]]))
+    large = wave.grid.to_units(np.array([[[0.0, -1.4, 0], [1.4, 1.4, 0], [-1.4, 1.4, 0.0]]]))
+    assert plain(wave, small)[0] and not plain(wave, large)[0]

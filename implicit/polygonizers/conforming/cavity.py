@@ -23,23 +23,26 @@ IntArray = NDArray[np.int64]
 _NEAR = 0.22
 """Lattice points nearer to a new vertex than this give way."""
 _SLACK = 1e-7
+_FEW = 20
+"""For so few vertices a tree of them does not pay."""
 _FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
 def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArray[np.bool_]:
     """The region's vertices that give way to new ones (n, 3), or lie within the cleared places and radii (m, 4)."""
-    dead = np.zeros(len(region.places), bool)
-    centers, radii = np.concatenate([cleared[:, :3], new]), np.append(cleared[:, 3], np.full(len(new), _NEAR))
-    near = region.tree.query_ball_point(centers, radii)
-    dead[np.fromiter(chain.from_iterable(near), np.int64)] = True
-    return dead
+    dead = np.zeros(len(region.places) + 1, bool)
+    inside = region.tree.query_ball_point(cleared[:, :3], cleared[:, 3])
+    dead[np.fromiter(chain.from_iterable(inside), np.int64)] = True
+    dead[region.tree.query(new, distance_upper_bound=_NEAR)[1]] = True
+    return dead[:-1]
 
 
 @dataclass(frozen=True, eq=False)
 class _Filling:
     """What a region was filled with: its tetrahedra that stay, and those that replace the others, with their spheres.
 
-    dead: the region's places that were taken out; new: those that came in, numbered after the region's.
+    dead: the region's places that were taken out; new: those that came in, numbered after the region's. The first
+    `known` of the fresh ones were there before the last vertices came.
     """
 
     region: Region
@@ -49,6 +52,7 @@ class _Filling:
     fresh: IntArray
     center: FloatArray
     radius: FloatArray
+    known: int = 0
 
 
 @dataclass(eq=False)
@@ -60,10 +64,9 @@ class Cavity:
     known: dict[bytes, Any] = field(default_factory=dict)
     last: _Filling | None = None
 
-    def fill(self, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[IntArray, IntArray, bool]:
-        """The region's tetrahedra that stay (n, 4), those that replace the others (m, 4), and whether they fit exactly.
-
-        New vertices are numbered after those of the region.
+    def fill(self, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[IntArray, IntArray, int, bool]:
+        """The region's tetrahedra that stay (n, 4); those that replace the others (m, 4), and how many of them did so
+        at the last call; and whether they fit exactly. New vertices are numbered after those of the region.
         """
         places = np.concatenate([region.places, new])
         last = _grown(self.last, region) if self.last else None
@@ -75,7 +78,7 @@ class Cavity:
             start = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, none, new[:0], np.zeros(0))
             filled, fits = self._add(start, places, dead, new)
         self.last = filled if fits else None
-        return filled.stay, filled.fresh, bool(fits and not dead[region.pyramids].any())
+        return filled.stay, filled.fresh, filled.known, bool(fits and not dead[region.pyramids].any())
 
     def _add(
         self, last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray
@@ -83,14 +86,14 @@ class Cavity:
         """A filling with the vertices that came since, and whether they fit."""
         first = len(dead) + len(last.new)
         if first == len(places) and not (dead & ~last.dead).any():
-            return last, True
+            return replace(last, known=len(last.fresh)), True
         old, changed = _touched(last, places, dead, new[len(last.new) :])
         more, fits = self._replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
         fresh = np.concatenate([last.fresh[~changed], more])
-        spheres = (
-            (a[~changed], b) for a, b in zip((last.center, last.radius), circumspheres(places[more]), strict=True)
-        )
-        return _Filling(last.region, dead, new, last.stay[~old], fresh, *map(np.concatenate, spheres)), fits
+        center, radius = circumspheres(places[more])
+        center, radius = np.concatenate([last.center[~changed], center]), np.append(last.radius[~changed], radius)
+        known = len(last.fresh) - int(changed.sum())
+        return _Filling(last.region, dead, new, last.stay[~old], fresh, center, radius, known), fits
 
     def _replace(
         self, places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int
@@ -172,7 +175,12 @@ def _touched(
     tree = cKDTree(new)
     center, radius = circumspheres(places[last.stay[close]])
     old[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
-    return old, changed | (tree.query(last.center)[0] < last.radius * (1 - 1e-9))
+    if len(new) > _FEW:
+        return old, changed | (tree.query(last.center)[0] < last.radius * (1 - 1e-9))
+    for vertex in new:
+        offset = last.center - vertex
+        changed |= np.einsum("ij,ij->i", offset, offset) < (last.radius * (1 - 1e-9)) ** 2
+    return old, changed
 
 
 def _components(simplices: IntArray, size: int) -> IntArray:

@@ -1,6 +1,6 @@
 """Tetrahedra near the singular set, refined until they see the surface, and the triangles in them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from implicit.polygonizers.conforming.skeleton import Skeleton, thin
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ROUNDS = 30
+_ROUNDS = 60
 _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
@@ -23,6 +23,8 @@ _WAY = np.array([1.0, np.pi, np.e])
 """Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
 _TURN = 0.2
 _AWAY = 0.3
+_SHARES_APART = (0.12, 0.02)
+"""New vertices are so far from all others, as shares of the spacing there."""
 _FLAT = 0.05
 """Triangles this thin may face anywhere."""
 _GROWTH = 4
@@ -61,21 +63,25 @@ def mesh_region(
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
-    tested, passed = np.zeros(0), np.zeros(0)
+    seen, dead, kept = _Seen(), np.zeros(0, bool), np.zeros((0, 3))
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
-        region = held = _region(held, _touched(skeleton, new), size)
-        dead = dead_vertices(region, skeleton.cleared, new)
-        stay, fresh, fits = cavity.fill(region, dead, new)
+        region = _region(held, _touched(skeleton, new), size)
+        if turn and region is held:
+            dead = dead | dead_vertices(region, skeleton.cleared[:0], kept)
+        else:
+            dead = dead_vertices(region, skeleton.cleared, new)
+        held = region
+        stay, fresh, known, fits = cavity.fill(region, dead, new)
         places = np.concatenate([region.places, new])
         signs = _signs(local, region, skeleton, places)
         if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
-        act = stay[np.ptp(signs[stay], axis=1) > 0] if turn == 0 else stay[:0]
-        wrong, spacing, tested = _unseen(local, places, signs, np.concatenate([act, fresh]), fresh, tested)
+        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, fresh[:known])])
+        active = stay[met(signs, stay)] if turn == 0 else stay[:0]
+        wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
         if not (local.heights(wrong) < _BEYOND).any():
-            tets = np.concatenate([stay, fresh])
-            wrong, spacing, passed = _turning(local, places, signs, tets, passed)
+            wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen)
         near = local.heights(wrong) < _BEYOND
         wrong, spacing = wrong[near], spacing[near]
         if not len(wrong):
@@ -84,7 +90,7 @@ def mesh_region(
         wrong = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
         free = skeleton.free(wrong, 0.999, 1.0)
         blocked.append(wrong[~free])
-        kept = wrong[free][thin(wrong[free], spacing[free], new, 0.12)]
+        kept = _apart(wrong[free], spacing[free], new)
         if not len(kept):
             break
         around = np.concatenate([around, kept])
@@ -94,6 +100,15 @@ def mesh_region(
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
     return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity)
+
+
+def _apart(points: FloatArray, spacing: FloatArray, others: FloatArray) -> FloatArray:
+    """The points that are not too near to each other or to others; if none is, those not nearer still."""
+    for share in _SHARES_APART:
+        kept = points[thin(points, spacing, others, share)]
+        if len(kept):
+            break
+    return kept
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
@@ -125,23 +140,41 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
     return signs
 
 
-def _unseen(
-    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, fresh: IntArray, tested: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places where an edge hides crossings, or a tetrahedron of one sign a finger of the other; the spacing there.
-
-    tested: edges that have been looked at, named by their ends.
+@dataclass(eq=False)
+class _Seen:
+    """What need not be looked at again, or must be, named by its ends: edges that were looked at, tetrahedra in which
+    there was a finger of the other sign, and those whose triangles are right.
     """
-    edges = pairs_of(tetrahedra)
+
+    edges: FloatArray = field(default_factory=lambda: np.zeros(0))
+    hit: FloatArray = field(default_factory=lambda: np.zeros(0))
+    right: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
+        """The tetrahedra in which there was a finger."""
+        return tetrahedra[np.isin(_names(places, tetrahedra), self.hit)] if len(self.hit) else tetrahedra[:0]
+
+
+def _names(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
+    return np.asarray(places[tetrahedra].sum(axis=1) @ _WAY)
+
+
+def _unseen(
+    local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: _Seen
+) -> tuple[FloatArray, FloatArray]:
+    """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
+    spacing there.
+    """
+    edges = pairs_of(np.concatenate([active, fresh]))
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
-    fresh_edges = ~np.isin(keys, tested)
-    edges, a, b = edges[fresh_edges], a[fresh_edges], b[fresh_edges]
-    tested = np.concatenate([tested, keys[fresh_edges]])
-    seen = changes(local, a, b)
-    twice = seen.counts > 1
-    found = a[twice] + seen.beyond[twice, None] * (b - a)[twice]
+    left = ~np.isin(keys, seen.edges)
+    edges, a, b = edges[left], a[left], b[left]
+    seen.edges = np.concatenate([seen.edges, keys[left]])
+    crossed = changes(local, a, b)
+    twice = crossed.counts > 1
+    found = a[twice] + crossed.beyond[twice, None] * (b - a)[twice]
     spacing = np.linalg.norm((b - a)[twice], axis=1)
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
@@ -149,21 +182,20 @@ def _unseen(
     hit = other.any(axis=1)
     finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    return np.concatenate([found, finger]), np.concatenate([spacing, length]), tested
+    seen.hit = _names(places, same[hit])
+    return np.concatenate([found, finger]), np.concatenate([spacing, length])
 
 
 def _turning(
-    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, passed: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, seen: _Seen
+) -> tuple[FloatArray, FloatArray]:
     """Middles and sizes of the triangles off the singular set over which the gradient turns too far, or that face away
     from it at all corners.
-
-    passed: tetrahedra in which nothing of the kind was found, named by their middles; they are not looked at again.
     """
     tets = tetrahedra[met(signs, tetrahedra)]
-    keys = places[tets].sum(axis=1) @ _WAY
-    fresh = ~np.isin(keys, passed)
-    tets, keys = tets[fresh], keys[fresh]
+    keys = _names(places, tets)
+    left = ~np.isin(keys, seen.right)
+    tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
     ends, inverse = _unique_names(named)
@@ -179,8 +211,8 @@ def _turning(
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
     wrong = np.zeros(len(places), bool)
     wrong[named[bad]] = True
-    passed = np.concatenate([passed, keys[~wrong[tets].all(axis=1)]])
-    return corners[bad].mean(axis=1), size[bad], passed
+    seen.right = np.concatenate([seen.right, keys[~wrong[tets].all(axis=1)]])
+    return corners[bad].mean(axis=1), size[bad]
 
 
 def _unique_names(named: IntArray) -> tuple[IntArray, IntArray]:
