@@ -135,7 +135,7 @@ def _rising(local: Local, corners: FloatArray) -> Flags:
     away = np.abs(values).min(axis=1) > 0.75 * np.linalg.norm(slopes, axis=-1).max(axis=1) * wide
     ways = unit_rows(slopes)
     turn = np.einsum("nkc,nlc->nkl", ways, ways).min(axis=(1, 2))
-    return np.asarray((away & (np.ptp(values < 0, axis=1) == 0)) | (turn > 0.1))
+    return np.asarray((away & ((values < 0).all(axis=1) | (values >= 0).all(axis=1))) | (turn > 0.1))
 
 
 def _most_changes(coefficients: FloatArray, noise: FloatArray) -> IntArray:
