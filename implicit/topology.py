@@ -102,7 +102,9 @@ def split_vertices(faces: IntArray, edges: Edges) -> IntArray:
         [np.column_stack([low[joined], low[joined + 1]]), np.column_stack([high[joined], high[joined + 1]])]
     )
     label = components(links, len(start))
-    fans = np.unique(np.column_stack([start, label]), axis=0)[:, 0]
+    count = int(label.max(initial=0)) + 1
+    corners = np.sort(start * count + label)
+    fans = corners[np.append(True, corners[1:] != corners[:-1])[: len(corners)]] // count
     return np.unique(fans[1:][np.diff(fans) == 0])
 
 
