@@ -24,6 +24,8 @@ _TURN = 0.2
 _AWAY = 0.3
 _FLAT = 0.05
 """Triangles this thin may face anywhere."""
+_APART, _STUCK = 0.12, 0.02
+"""A vertex is added this share of the size of what asks for it away from others; less where none is that far away."""
 _GROWTH = 4
 _SPARE = 3000
 """More vertices than so many times those at the start, and these, are not tried."""
@@ -82,7 +84,9 @@ def mesh_region(
         wrong = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
         free = skeleton.free(wrong, 0.999, 1.0)
         blocked.append(wrong[~free])
-        kept = wrong[free][thin(wrong[free], spacing[free], new, 0.12)]
+        kept = wrong[free][thin(wrong[free], spacing[free], new, _APART)]
+        if not len(kept):
+            kept = wrong[free][thin(wrong[free], spacing[free], new, _STUCK)]
         if not len(kept):
             break
         around = np.concatenate([around, kept])
@@ -122,7 +126,7 @@ def _unseen(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places where an edge hides crossings, or a tetrahedron of one sign a finger of the other; the spacing there.
 
-    tested: edges that have been looked at, named by their middles.
+    tested: edges that hide nothing, named by their middles.
     """
     edges = pairs_of(tetrahedra)
     edges = edges[(signs[edges] != 0).all(axis=1)]
@@ -130,12 +134,13 @@ def _unseen(
     keys = (a + b) @ np.array([1.0, np.pi, np.e])
     fresh_edges = ~np.isin(keys, tested)
     edges, a, b = edges[fresh_edges], a[fresh_edges], b[fresh_edges]
-    tested = np.concatenate([tested, keys[fresh_edges]])
     between = a[:, None] + (b - a)[:, None] * _SHARES[:, None]
     inner = local.signs(between)
     row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
     found = middle_of_other(between, inner, row)
-    spacing = np.linalg.norm(b - a, axis=1)[np.count_nonzero(np.diff(row, axis=1), axis=1) > 1]
+    hiding = np.count_nonzero(np.diff(row, axis=1), axis=1) > 1
+    spacing = np.linalg.norm(b - a, axis=1)[hiding]
+    tested = np.concatenate([tested, keys[fresh_edges][~hiding]])
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
     other = local.signs(samples) != signs[same[:, :1]]
