@@ -77,7 +77,8 @@ def mesh_region(
         signs = _signs(local, region, skeleton, places)
         if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
-        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, fresh[:known])])
+        old = np.concatenate([stay, fresh[:known]])
+        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, old)])
         active = stay[met(signs, stay)] if turn == 0 else stay[:0]
         wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
         if not (local.heights(wrong) < _BEYOND).any():
@@ -142,8 +143,8 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
 
 @dataclass(eq=False)
 class _Seen:
-    """What need not be looked at again, or must be, named by its ends: edges that were looked at, tetrahedra in which
-    there was a finger of the other sign, and those whose triangles are right.
+    """What need not be looked at again, or must be, named by its ends: edges that are right, tetrahedra with an edge
+    that is not or with a finger of the other sign, and those whose triangles are right.
     """
 
     edges: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -165,15 +166,16 @@ def _unseen(
     """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
     spacing there.
     """
-    edges = pairs_of(np.concatenate([active, fresh]))
+    looked = np.concatenate([active, fresh])
+    edges = pairs_of(looked)
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
     left = ~np.isin(keys, seen.edges)
     edges, a, b = edges[left], a[left], b[left]
-    seen.edges = np.concatenate([seen.edges, keys[left]])
     crossed = changes(local, a, b)
     twice = crossed.counts > 1
+    seen.edges = np.concatenate([seen.edges, keys[left][~twice]])
     found = a[twice] + crossed.beyond[twice, None] * (b - a)[twice]
     spacing = np.linalg.norm((b - a)[twice], axis=1)
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
@@ -182,8 +184,18 @@ def _unseen(
     hit = other.any(axis=1)
     finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    seen.hit = _names(places, same[hit])
+    seen.hit = np.concatenate([_names(places, same[hit]), _names(places, _with_edges(looked, edges[twice]))])
     return np.concatenate([found, finger]), np.concatenate([spacing, length])
+
+
+def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
+    """The tetrahedra with one of the edges (n, 2), lower vertex first."""
+    if not len(edges):
+        return tetrahedra[:0]
+    size = int(tetrahedra.max()) + 1
+    corners = np.sort(tetrahedra, axis=1)
+    names = [corners[:, i] * size + corners[:, j] for j in range(4) for i in range(j)]
+    return tetrahedra[np.isin(np.column_stack(names), edges @ np.array([size, 1])).any(axis=1)]
 
 
 def _turning(
