@@ -131,7 +131,8 @@ def conforming(
 
     Promised: `points` are the vertices at special points, and every edge of `curves` that carries sheets is an edge of
     the mesh; parts of `curves` without faces are solitary. Blocks are proved, up to the rounding of the polynomial's
-    coefficients; tetrahedra are refined until samples of f and its gradient on their edges and faces agree.
+    coefficients, and so is, of a polynomial, that no edge of a tetrahedron is crossed twice, nor an edge or triangle of
+    the spheres round special points. Inside, tetrahedra are refined until samples of f and its gradient agree.
     `unresolved` lists a box round everything that is singular or may be and is not resolved so, and round triangles
     over which the gradient turns by more than 78 degrees. Where it turns by more than 53 degrees the cells around are
     searched for singular points, and what is left of them is listed too. It is empty when there is nothing of the
