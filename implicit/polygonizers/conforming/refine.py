@@ -23,8 +23,12 @@ _WAY = np.array([1.0, np.pi, np.e])
 """Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
 _TURN = 0.2
 _AWAY = 0.3
-_SHARES_APART = (0.12, 0.02)
-"""New vertices are so far from all others, as shares of the spacing there."""
+_APART = 0.12
+"""New vertices are so far from all others, as a share of the spacing there."""
+_STUCK = 1 / 6
+"""Where that kept a vertex out the round before, it may be nearer by so much."""
+_LEAST = 1e-6
+"""The spacing, in cells, below which nothing is tried any more."""
 _FLAT = 0.05
 """Triangles this thin may face anywhere."""
 _GROWTH = 4
@@ -59,7 +63,7 @@ def mesh_region(
 ) -> Patch:
     """The mesh near a skeleton on a lattice of `size` cells; before: one with the first vertices of this skeleton."""
     doubtful, blocked = [], []
-    refined = False
+    refined, waits = False, _Waits()
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
@@ -88,11 +92,12 @@ def mesh_region(
         if not len(wrong):
             refined = True
             break
-        wrong = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
-        free = skeleton.free(wrong, 0.999, 1.0)
-        blocked.append(wrong[~free])
-        kept = _apart(wrong[free], spacing[free], new)
-        if not len(kept):
+        spacing = waits.nearer(wrong, spacing)
+        moved = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
+        free = skeleton.free(moved, 0.999, 1.0)
+        blocked.append(moved[~free])
+        kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
+        if not len(kept) and spacing.min() < _LEAST:
             break
         around = np.concatenate([around, kept])
     if not refined and len(wrong):
@@ -101,15 +106,6 @@ def mesh_region(
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
     return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity)
-
-
-def _apart(points: FloatArray, spacing: FloatArray, others: FloatArray) -> FloatArray:
-    """The points that are not too near to each other or to others; if none is, those not nearer still."""
-    for share in _SHARES_APART:
-        kept = points[thin(points, spacing, others, share)]
-        if len(kept):
-            break
-    return kept
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
@@ -139,6 +135,25 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
     first = len(region.places)
     signs[first : first + len(skeleton.on)] = 0
     return signs
+
+
+@dataclass(eq=False)
+class _Waits:
+    """Places where a vertex was wanted the round before, by name, and the spacing that was asked for."""
+
+    names: FloatArray = field(default_factory=lambda: np.zeros(0))
+    spacing: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def nearer(self, places: FloatArray, spacing: FloatArray) -> FloatArray:
+        """The spacing at places (n, 3), less where one is wanted again: no vertex found room there."""
+        names, first = np.unique(places @ _WAY, return_inverse=True)
+        least = np.full(len(names), np.inf)
+        np.minimum.at(least, first, spacing)
+        again, row, old = np.intersect1d(names, self.names, return_indices=True)
+        if len(again):
+            least[row] = np.minimum(least[row], _STUCK * self.spacing[old])
+        self.names, self.spacing = names, least
+        return np.asarray(least[first])
 
 
 @dataclass(eq=False)
