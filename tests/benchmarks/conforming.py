@@ -20,7 +20,7 @@ from tests.singular_cases import CASES, case_of, residual, topology, truth_of
 
 _NOWHERE = np.zeros(3)
 _PATIENCE = 600.0
-"""Seconds by the clock for a locus: turned sextics need 40 on a core of their own, and many more on one that is shared."""
+"""Seconds by the clock for a locus: turned sextics need 40 on a core of their own, more on one that is shared."""
 
 
 def turned(surface: Surface, seed: int) -> Surface:
