@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.link import middle_of_other, several
-from implicit.polygonizers.conforming.local import Local, pairs_of, unit_rows
+from implicit.polygonizers.conforming.local import Local, among, merged, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
 from implicit.polygonizers.conforming.skeleton import Skeleton, thin
@@ -170,9 +170,9 @@ def _unseen(
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
-    left = ~np.isin(keys, seen.edges)
+    left = ~among(keys, seen.edges)
     edges, a, b = edges[left], a[left], b[left]
-    seen.edges = np.concatenate([seen.edges, keys[left]])
+    seen.edges = merged(seen.edges, keys[left])
     between = a[:, None] + (b - a)[:, None] * _SHARES[:, None]
     inner = local.signs(between)
     row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
@@ -196,7 +196,7 @@ def _turning(
     """
     tets = tetrahedra[met(signs, tetrahedra)]
     keys = _names(places, tets)
-    left = ~np.isin(keys, seen.right)
+    left = ~among(keys, seen.right)
     tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
@@ -213,7 +213,7 @@ def _turning(
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
     wrong = np.zeros(len(places), bool)
     wrong[named[bad]] = True
-    seen.right = np.concatenate([seen.right, keys[~wrong[tets].all(axis=1)]])
+    seen.right = merged(seen.right, keys[~wrong[tets].all(axis=1)])
     return corners[bad].mean(axis=1), size[bad]
 
 
