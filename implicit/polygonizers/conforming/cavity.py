@@ -133,7 +133,7 @@ def _inside(parts: list[tuple[IntArray, IntArray, IntArray]], names: IntArray, r
 
 
 def _face_names(names: IntArray, tets: IntArray) -> IntArray:
-    """A number (n, 4) for the face opposite each corner: the sum of its vertices' numbers, which are large, at random."""
+    """A number (n, 4) for the face opposite each corner: the sum of the random numbers of its vertices."""
     own = names[tets]
     return np.asarray(own.sum(axis=1, keepdims=True) - own)
 
