@@ -122,7 +122,7 @@ def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
         return last
     extra = cells_round(lacking.astype(float), 1, size)
     cells = np.concatenate([last.cells, extra[~last.holds(extra)]])
-    return build_region(cells[np.lexsort(cells.T[::-1])], size)
+    return build_region(cells[np.lexsort(cells.T[::-1])], size, last)
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
