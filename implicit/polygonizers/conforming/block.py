@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
-from implicit.polygonizers.conforming.blowup import Germ, is_cone
+from implicit.polygonizers.conforming.blowup import Germ, has_regular_cone, is_cone
 from implicit.polygonizers.conforming.grid import Grid
 
 FloatArray = NDArray[np.float64]
@@ -102,6 +102,8 @@ def _smallest(
     if not isinstance(field, PolynomialField):
         return None
     germ = Germ.at(field, point, grid.step)
+    if not has_regular_cone(germ):
+        return None
     unit = grid.to_units(point)
     spare = None
     for lower, upper in _candidates(germ, unit, least, most):

@@ -35,6 +35,8 @@ _NEGLIGIBLE = 1e-9
 """Coefficients below the multiplicity, as a share of those at it, that stem from rounding the point."""
 _DEPTH = 4
 """Boxes of (t, w) are halved so often."""
+_AROUND = 4.0
+"""The tangent cone is looked at in a block of so many cells."""
 _MOST = 20_000
 """Boxes that are looked at together; more mean no answer."""
 
@@ -132,6 +134,15 @@ def _neighbours(n: int, m: int) -> tuple[IntArray, IntArray]:
     point = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
     corners = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1)
     return np.concatenate([across, along]), corners.reshape(-1, 4)
+
+
+def has_regular_cone(germ: Germ) -> bool:
+    """Whether it is proved that the tangent cone is smooth but for its apex; else no block holds a cone for sure."""
+    if germ.multiplicity < 2:
+        return False
+    lower, upper = np.full(3, -_AROUND / 2), np.full(3, _AROUND / 2)
+    faces = [germ.face(axis, float(end[axis]))[:1] for axis in range(3) for end in (lower, upper)]
+    return bool(_everywhere(Hull.of(faces), _Lattice.of(lower, upper).squares, _simple).all())
 
 
 def is_cone(germ: Germ, lower: FloatArray, upper: FloatArray) -> bool:

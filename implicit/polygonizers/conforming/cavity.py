@@ -5,9 +5,8 @@ Delaunay tetrahedra of all vertices involved fall apart along the marked faces, 
 fill the hole exactly, which their volume confirms.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
+from implicit.polygonizers.conforming.local import among
 from implicit.polygonizers.conforming.region import Region, cells_round
 
 FloatArray = NDArray[np.float64]
@@ -25,7 +25,6 @@ _NEAR = 0.22
 _SLACK = 1e-7
 _FEW = 20
 """For so few vertices a tree of them does not pay."""
-_FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
 def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArray[np.bool_]:
@@ -57,11 +56,10 @@ class _Filling:
 
 @dataclass(eq=False)
 class Cavity:
-    """Holes and what fills them. Where vertices or cells are added to those of the last filling, only what these
-    disturb is replaced, and the Delaunay tetrahedra of a hole are kept for as long as its vertices stay.
+    """What a region is filled with. Where vertices or cells are added to those of the last filling, only what these
+    disturb is replaced.
     """
 
-    known: dict[bytes, Any] = field(default_factory=dict)
     last: _Filling | None = None
 
     def fill(self, region: Region, dead: NDArray[np.bool_], new: FloatArray) -> tuple[IntArray, IntArray, int, bool]:
@@ -72,71 +70,72 @@ class Cavity:
         last = _grown(self.last, region) if self.last else None
         fits = False
         if last is not None and np.array_equal(last.new, new[: len(last.new)]) and not (last.dead & ~dead).any():
-            filled, fits = self._add(last, places, dead, new)
+            filled, fits = _add(last, places, dead, new)
         if not fits:
             none = np.zeros((0, 4), np.int64)
             start = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, none, new[:0], np.zeros(0))
-            filled, fits = self._add(start, places, dead, new)
+            filled, fits = _add(start, places, dead, new)
         self.last = filled if fits else None
         return filled.stay, filled.fresh, filled.known, bool(fits and not dead[region.pyramids].any())
 
-    def _add(
-        self, last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray
-    ) -> tuple[_Filling, bool]:
-        """A filling with the vertices that came since, and whether they fit."""
-        first = len(dead) + len(last.new)
-        if first == len(places) and not (dead & ~last.dead).any():
-            return replace(last, known=len(last.fresh)), True
-        old, changed = _touched(last, places, dead, new[len(last.new) :])
-        more, fits = self._replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
-        fresh = np.concatenate([last.fresh[~changed], more])
-        center, radius = circumspheres(places[more])
-        center, radius = np.concatenate([last.center[~changed], center]), np.append(last.radius[~changed], radius)
-        known = len(last.fresh) - int(changed.sum())
-        return _Filling(last.region, dead, new, last.stay[~old], fresh, center, radius, known), fits
 
-    def _replace(
-        self, places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int
-    ) -> tuple[IntArray, bool]:
-        """Tetrahedra in place of those that are gone, with the vertices from `first` on; whether they fit exactly."""
-        if not len(gone):
-            return np.zeros((0, 4), np.int64), first == len(places)
-        faces = np.sort(np.concatenate([gone[:, face] for face in _FACES]), axis=1)
-        keys, uses = np.unique(_face_keys(faces, len(places)), return_counts=True)
-        rim = keys[uses == 1]
-        hole = _components(gone, len(places))
-        home = np.full(len(places) - first, hole[0])
-        if (hole != hole[0]).any():
-            home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
-        fresh = [np.zeros((0, 4), np.int64)]
-        alive = np.ones(len(places), bool)
-        alive[: len(dead)] = ~dead
-        for number in np.unique(hole):
-            used = np.unique(gone[hole == number])
-            rows = np.concatenate([used[alive[used]], first + np.flatnonzero(home == number)])
-            fresh.append(self._fill_hole(places, rows, rim, first))
-        filled = np.concatenate(fresh)
-        volume = _volume(places[filled]).sum() / _volume(places[gone]).sum()
-        return filled, bool(abs(volume - 1) < _SLACK)
+def _add(last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: FloatArray) -> tuple[_Filling, bool]:
+    """A filling with the vertices that came since, and whether they fit."""
+    first = len(dead) + len(last.new)
+    if first == len(places) and not (dead & ~last.dead).any():
+        return replace(last, known=len(last.fresh)), True
+    old, changed = _touched(last, places, dead, new[len(last.new) :])
+    more, fits = _replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
+    fresh = np.concatenate([last.fresh[~changed], more])
+    center, radius = circumspheres(places[more])
+    center, radius = np.concatenate([last.center[~changed], center]), np.append(last.radius[~changed], radius)
+    known = len(last.fresh) - int(changed.sum())
+    return _Filling(last.region, dead, new, last.stay[~old], fresh, center, radius, known), fits
 
-    def _fill_hole(self, places: FloatArray, rows: IntArray, rim: IntArray, first: int) -> IntArray:
-        """The Delaunay tetrahedra of vertices `rows` on that side of the faces `rim` where those from `first` are."""
-        key = places[rows].tobytes()
-        if key not in self.known:
-            delaunay = Delaunay(places[rows])
-            self.known[key] = (delaunay.simplices, delaunay.neighbors)
-        simplices, neighbors = self.known[key]
-        tets = rows[simplices]
-        starts, stops = [], []
-        for number, face in enumerate(_FACES):
-            cut = np.isin(_face_keys(np.sort(tets[:, face], axis=1), len(places)), rim)
-            open_ = np.flatnonzero(~cut & (neighbors[:, number] >= 0))
-            starts.append(open_)
-            stops.append(neighbors[open_, number])
-        start, stop = np.concatenate(starts), np.concatenate(stops)
-        graph = coo_array((np.ones(len(start), bool), (start, stop)), shape=(len(tets),) * 2)
-        label = connected_components(graph, directed=False)[1]
-        return np.asarray(tets[np.isin(label, np.unique(label[(tets >= first).any(axis=1)]))])
+
+def _replace(places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int) -> tuple[IntArray, bool]:
+    """Tetrahedra in place of those that are gone, with the vertices from `first` on; whether they fit exactly."""
+    if not len(gone):
+        return np.zeros((0, 4), np.int64), first == len(places)
+    names = np.random.default_rng(0).integers(0, 2**62, len(places))
+    keys = np.sort(_face_names(names, gone), axis=None)
+    alone = np.append(True, keys[1:] != keys[:-1]) & np.append(keys[1:] != keys[:-1], True)
+    hole = _components(gone, len(places))
+    home = np.full(len(places) - first, hole[0])
+    if (hole != hole[0]).any():
+        home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
+    alive = np.ones(len(places), bool)
+    alive[: len(dead)] = ~dead
+    parts = []
+    for number in np.unique(hole):
+        used = np.unique(gone[hole == number])
+        rows = np.concatenate([used[alive[used]], first + np.flatnonzero(home == number)])
+        delaunay = Delaunay(places[rows])
+        parts.append((rows, delaunay.simplices.astype(np.int64), delaunay.neighbors.astype(np.int64)))
+    filled = _inside(parts, names, keys[alone], first)
+    volume = _volume(places[filled]).sum() / _volume(places[gone]).sum()
+    return filled, bool(abs(volume - 1) < _SLACK)
+
+
+def _inside(parts: list[tuple[IntArray, IntArray, IntArray]], names: IntArray, rim: IntArray, first: int) -> IntArray:
+    """Of the Delaunay tetrahedra of some vertices (rows, simplices, neighbours) those on that side of the faces `rim`
+    where vertices from `first` on are.
+    """
+    begins = np.cumsum([0, *(len(simplices) for _, simplices, _ in parts)])
+    tets = np.concatenate([rows[simplices] for rows, simplices, _ in parts])
+    beyond = np.concatenate([np.where(n >= 0, n + b, -1) for (_, _, n), b in zip(parts, begins[:-1], strict=True)])
+    start, face = np.nonzero((beyond >= 0) & ~among(_face_names(names, tets), rim))
+    graph = coo_array((np.ones(len(start), bool), (start, beyond[start, face])), shape=(len(tets),) * 2)
+    label = connected_components(graph, directed=False)[1]
+    chosen = np.zeros(len(tets), bool)
+    chosen[label[(tets >= first).any(axis=1)]] = True
+    return np.asarray(tets[chosen[label]])
+
+
+def _face_names(names: IntArray, tets: IntArray) -> IntArray:
+    """A number (n, 4) for the face opposite each corner: the sum of the random numbers of its vertices."""
+    own = names[tets]
+    return np.asarray(own.sum(axis=1, keepdims=True) - own)
 
 
 def _grown(last: _Filling, region: Region) -> _Filling | None:
@@ -188,10 +187,6 @@ def _components(simplices: IntArray, size: int) -> IntArray:
     first = np.repeat(simplices[:, 0], simplices.shape[1] - 1)
     graph = coo_array((np.ones(len(first), bool), (first, simplices[:, 1:].ravel())), shape=(size, size))
     return np.asarray(connected_components(graph, directed=False)[1][simplices[:, 0]])
-
-
-def _face_keys(faces: IntArray, size: int) -> IntArray:
-    return np.asarray((faces[:, 0] * size + faces[:, 1]) * size + faces[:, 2])
 
 
 def _volume(corners: FloatArray) -> FloatArray:

@@ -50,8 +50,8 @@ def _step(local: Local, point: FloatArray, x: FloatArray) -> FloatArray:
     hessian = local.hessians(x)
     scale = 1 / ((np.linalg.norm(offset, axis=1) + 1e-300) * (np.linalg.norm(slope, axis=1) + 1e-300))
     jacobian = np.empty((len(x), 4, 3))
-    for axis in range(3):
-        jacobian[:, :3, axis] = np.cross(hessian[:, :, axis], offset) + np.cross(slope, np.eye(3)[axis])
+    turned = np.cross(hessian.transpose(0, 2, 1), offset[:, None]) + np.cross(slope[:, None], np.eye(3))
+    jacobian[:, :3] = turned.transpose(0, 2, 1)
     jacobian[:, 3] = slope
     rest = np.concatenate([np.cross(slope, offset), value[:, None]], axis=1) * scale[:, None]
     jacobian *= scale[:, None, None]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
 from implicit.polygonizers.conforming.enclose import changes, plain
-from implicit.polygonizers.conforming.local import Local, frame, pairs_of, spread, unit_rows
+from implicit.polygonizers.conforming.local import Local, among, frame, merged, pairs_of, spread, unit_rows
 from implicit.polygonizers.conforming.ring import Circle, beside, crossings, stable
 from implicit.topology import count_components
 
@@ -98,9 +98,9 @@ def _refine(
             ((_crossed_edges, pairs_of(triangles)), (_turning_triangles, triangles))
         ):
             names = simplices @ (2 * _BUDGET) ** np.arange(simplices.shape[1])
-            left = (simplices >= len(exits)).all(axis=1) & ~np.isin(names, passed[kind])
+            left = (simplices >= len(exits)).all(axis=1) & ~among(names, passed[kind])
             bad, places = look(local, point + radius * points[simplices[left]])
-            passed[kind] = np.concatenate([passed[kind], names[left][~bad]])
+            passed[kind] = merged(passed[kind], names[left][~bad])
             way = unit_rows(places - point)
             if kind == 1:
                 way = way[(np.linalg.norm(way[:, None] - exits, axis=2) > 1.7 * rims).all(axis=1)]

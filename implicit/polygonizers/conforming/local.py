@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,3 +114,16 @@ def distinct(keys: IntArray) -> IntArray:
     """The different keys, ascending. Where most of them differ this is several times as fast as numpy's `unique`."""
     ordered = np.sort(keys, axis=None)
     return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered
+
+
+def among(keys: NDArray[Any], known: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which keys are among known ones, which ascend."""
+    if not len(known):
+        return np.zeros(keys.shape, bool)
+    place = np.minimum(np.searchsorted(known, keys), len(known) - 1)
+    return np.asarray(known[place] == keys)
+
+
+def merged(known: NDArray[Any], keys: NDArray[Any]) -> NDArray[Any]:
+    """The known keys, which ascend, with more among them."""
+    return np.sort(np.concatenate([known, np.sort(keys)]), kind="stable")

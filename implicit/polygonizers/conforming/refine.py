@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.enclose import changes
-from implicit.polygonizers.conforming.local import Local, pairs_of, unit_rows
+from implicit.polygonizers.conforming.local import Local, among, merged, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
 from implicit.polygonizers.conforming.skeleton import Skeleton, thin
@@ -118,7 +118,7 @@ def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
         return last
     extra = cells_round(lacking.astype(float), 1, size)
     cells = np.concatenate([last.cells, extra[~last.holds(extra)]])
-    return build_region(cells[np.lexsort(cells.T[::-1])], size)
+    return build_region(cells[np.lexsort(cells.T[::-1])], size, last)
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
@@ -186,11 +186,11 @@ def _unseen(
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
-    left = ~np.isin(keys, seen.edges)
+    left = ~among(keys, seen.edges)
     edges, a, b = edges[left], a[left], b[left]
     crossed = changes(local, a, b)
     twice = crossed.counts > 1
-    seen.edges = np.concatenate([seen.edges, keys[left][~twice]])
+    seen.edges = merged(seen.edges, keys[left][~twice])
     found = a[twice] + crossed.beyond[twice, None] * (b - a)[twice]
     spacing = np.linalg.norm((b - a)[twice], axis=1)
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
@@ -221,7 +221,7 @@ def _turning(
     """
     tets = tetrahedra[met(signs, tetrahedra)]
     keys = _names(places, tets)
-    left = ~np.isin(keys, seen.right)
+    left = ~among(keys, seen.right)
     tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
@@ -238,7 +238,7 @@ def _turning(
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
     wrong = np.zeros(len(places), bool)
     wrong[named[bad]] = True
-    seen.right = np.concatenate([seen.right, keys[~wrong[tets].all(axis=1)]])
+    seen.right = merged(seen.right, keys[~wrong[tets].all(axis=1)])
     return corners[bad].mean(axis=1), size[bad]
 
 

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _JITTER = 2e-3
-"""Centres are moved by so much of a cell, so that no five vertices lie on one sphere."""
+"""Vertices inside are moved by so much of a cell: that five lie on one sphere makes Delaunay's tetrahedra expensive."""
 _FACE_OF = {(axis, side): FACES[2 * axis + side] for axis in range(3) for side in (0, 1)}
 
 
@@ -84,8 +84,8 @@ def cells_round(places: FloatArray, reach: int, size: IntArray) -> IntArray:
     return cells[((cells >= 0) & (cells < size)).all(axis=1)]
 
 
-def build_region(cells: IntArray, size: IntArray) -> Region:
-    """The region of cells (n, 3), sorted, of a lattice of `size` cells."""
+def build_region(cells: IntArray, size: IntArray, last: Region | None = None) -> Region:
+    """The region of cells (n, 3), sorted, of a lattice of `size` cells; no vertex of the last one has moved."""
     flat = np.ravel_multi_index(tuple(cells.T), tuple(size))
     corners = cells[:, None] + np.array(CORNERS)
     named = np.ravel_multi_index(tuple(corners.reshape(-1, 3).T), tuple(size + 1))
@@ -107,5 +107,10 @@ def build_region(cells: IntArray, size: IntArray) -> Region:
             tetrahedra += [np.column_stack([ends, base[shared][:, [k, (k + 1) % 4]]]) for k in range(4)]
     outer = np.concatenate(pyramids)
     places = np.concatenate([nodes.astype(float), cells + 0.5])
-    places[len(nodes) :] += _JITTER * _noise(places[len(nodes) :])
+    free = np.ones(len(places), bool)
+    free[outer[:, 1:].ravel()] = False
+    if last is not None:
+        known = np.searchsorted(keys, np.ravel_multi_index(tuple(last.nodes.T), tuple(size + 1)))
+        free[known] &= (last.places[: len(known)] != last.nodes).any(axis=1)
+    places[free] += _JITTER * _noise(places[free])
     return Region(places, nodes, np.concatenate(tetrahedra), outer, cells, size)
