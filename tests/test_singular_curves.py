@@ -139,3 +139,18 @@ def test_coefficients_beyond_1e100_do_not_overflow() -> None:
     (curve,) = singularities(Surface(sympy.expand(a**2 - b**2 * c)), Ball(1, offset)).curves
     assert np.abs(curve.special - offset).max() < 1e-12
     assert set(curve.leaves) == {0, 4}
+
+
+def test_an_arc_that_bends_sharply_in_its_projection() -> None:
+    """One arc bends so sharply that its interval has to be halved more than ten times."""
+    frames = (
+        (((-1005, -269, 426), (766, -484, 161), (48, 547, 864)), (-49, 216, -377)),
+        (((-776, -713, -91), (-501, 371, 676), (-467, 78, -913)), (-269, -239, 315)),
+    )
+    quadrics = []
+    for matrix, center in frames:
+        place = sympy.Matrix([x, y, z]) - sympy.Matrix(center) / 1000
+        quadrics.append((sympy.Matrix(matrix) * place / 1000).dot(sympy.Matrix(matrix) * place / 1000) - 1)
+    locus = singularities(Surface(sympy.expand(quadrics[0] * quadrics[1])), 2.6)
+    assert [curve.closed for curve in locus.curves] == [True]
+    assert locus.complete

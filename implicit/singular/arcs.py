@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 _BITS = 320
 _TINY = fmpq(1, 1 << 100)  # how near to a critical value arcs are followed, of the length of their interval
-_FIRST, _MOST, _HALVINGS = 8, 128, 10  # intervals between Chebyshev nodes, and how often those are halved
+_FIRST, _MOST, _HALVINGS = 8, 128, 24  # intervals between Chebyshev nodes, and how often those are halved
 _SHARP = 1e-5  # of the tolerance of chords: the error of vertices that is aimed at
 
 
