@@ -102,7 +102,7 @@ def _changes(local: Local, many: _Many) -> list[_Changes]:
     count = len(many.circles)
     angles = np.tile(2 * np.pi * np.arange(_SAMPLES + 2) / _SAMPLES + 0.0123, (count, 1))
     owner = np.arange(count)
-    values = local.values(many.at(owner[:, None], angles[:, :-2]))
+    values = local.values(many.at(owner[:, None], angles[0, :-2]))
     values = np.concatenate([values, values[:, :2]], axis=1)
     most = np.abs(values).max(axis=1)
     result = [_signs(owner, angles[:, :-1], values[:, :-1])]
