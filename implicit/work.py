@@ -5,9 +5,10 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Event, Lock
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -105,3 +106,11 @@ def _size(amount: float) -> str:
 def batches(count: int, size: int) -> Iterable[tuple[int, int]]:
     """(first, last) of runs of at most `size`, together 0 to count."""
     return ((first, min(first + size, count)) for first in range(0, count, size))
+
+
+def trimmed(array: NDArray[Any], rows: int) -> NDArray[Any]:
+    """The first rows: in the same memory, or a copy where most of that would be kept for nothing.
+
+    Never by `resize`: giving the rest back to the system costs more than writing the rows.
+    """
+    return array[:rows] if 2 * rows > len(array) else array[:rows].copy()

@@ -1,5 +1,6 @@
 """A singular set that is wrong or incomplete is never passed off as right."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -78,3 +79,62 @@ def test_nodes_that_are_given_twice_do_no_harm() -> None:
     found = topology(mesh)
     assert not _refused(mesh)
     assert found.pop("crowded") == 0 and found == truth_of("whitney")
+
+
+def _part(curve: SingularCurve, first: int, last: int) -> SingularCurve:
+    return replace(curve, polyline=curve.polyline[first:last])
+
+
+HANDLE = _line(Z, (O,))
+TWICE = {
+    "the same": (HANDLE, HANDLE),
+    "reversed": (HANDLE, replace(HANDLE, polyline=HANDLE.polyline[::-1])),
+    "a part": (_part(HANDLE, 250, 400), HANDLE),
+    "other nodes": (HANDLE, replace(HANDLE, polyline=np.linspace(-3, 3, 487)[:, None] * np.array(Z))),
+    "there and back": (replace(HANDLE, polyline=np.concatenate([HANDLE.polyline, HANDLE.polyline[-2::-1]])),),
+}
+
+
+@pytest.mark.parametrize("how", TWICE)
+def test_curves_that_are_given_twice_do_no_harm(how: str) -> None:
+    surface, ball = case_of("whitney")
+    mesh = conforming(surface, ball, 20, _locus(curves=TWICE[how]))
+    found = topology(mesh)
+    assert not _refused(mesh)
+    assert found.pop("crowded") == 0 and found == truth_of("whitney")
+
+
+@pytest.mark.parametrize("points", [(O, O), (O,)])
+def test_points_that_are_given_twice_do_no_harm(points: tuple[tuple[float, ...], ...]) -> None:
+    for name, curves in (("whitney", (HANDLE,)), ("double_cone", ())):
+        surface, ball = case_of(name)
+        mesh = conforming(surface, ball, 20, _locus((O, *points), curves))
+        found = topology(mesh)
+        assert not _refused(mesh)
+        assert found.pop("crowded") == 0 and found == truth_of(name)
+
+
+EDGE = _line(Z)
+UNCLEAR = {
+    "overlap": (_part(EDGE, 0, 400), _part(EDGE, 250, 601)),
+    "short overlap": (_part(EDGE, 0, 303), _part(EDGE, 300, 601)),
+    "near": (EDGE, replace(EDGE, polyline=EDGE.polyline + (1e-5, 0, 0))),
+    "beside": (EDGE, replace(EDGE, polyline=EDGE.polyline + (5e-3, 0, 0))),
+}
+
+
+@pytest.mark.parametrize("how", UNCLEAR)
+def test_curves_that_nearly_repeat_others_are_refused_soon(how: str) -> None:
+    surface, ball = case_of("cuspidal_edge")
+    start = time.process_time()
+    assert _refused(conforming(surface, ball, 20, _locus(curves=UNCLEAR[how])))
+    assert time.process_time() - start < 30
+
+
+@pytest.mark.parametrize("near", [(0, 0, 1e-4), (1e-4, 0, 0), (0, 1e-6, 1e-6)])
+def test_points_that_nearly_repeat_others_are_refused_soon(near: tuple[float, ...]) -> None:
+    start = time.process_time()
+    for name, curves in (("whitney", (HANDLE,)), ("double_cone", ())):
+        surface, ball = case_of(name)
+        assert _refused(conforming(surface, ball, 20, _locus((O, near), curves)))
+    assert time.process_time() - start < 30

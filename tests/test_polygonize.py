@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from implicit import Ball, Box, Surface, polygonize
+from implicit.domain import to_bounds
+from implicit.polygonizers.lattice import Lattice
+from implicit.polygonizers.samples import FieldSampler, choose_sampler
 from implicit.work import Job, available_memory, check_memory
 
 SPHERE = Surface("x^2 + y^2 + z^2 = 1")
@@ -96,6 +99,21 @@ def test_the_same_mesh_from_a_formula_and_from_a_black_box():
     one, other = (polygonize(surface, 1.61, resolution=31) for surface in (formula, black))
     assert np.array_equal(one.faces, other.faces)
     assert np.abs(one.vertices - other.vertices).max() < 1e-11
+
+
+def test_the_search_for_bricks_goes_on_where_room_was_short():
+    """The descent is interrupted several times here, and misses no brick with a change of sign, nor finds one twice."""
+    surface = Surface("min(sin(9*x)*cos(9*y) + sin(9*y)*cos(9*z) + sin(9*z)*cos(9*x), x^2 + y^2 + z^2 - 0.9)")
+    lattice = Lattice.over(to_bounds(1), 80)
+    bricks = choose_sampler(surface, lattice).bricks
+    samples = FieldSampler(surface.field, lattice, lattice.all_bricks())
+    values = np.empty((len(samples.bricks), 512))
+    samples.fill(0, len(values), values)
+    crossed = samples.bricks[(values < 0).any(axis=1) & (values >= 0).any(axis=1)]
+    first_room = 64 + 6 * lattice.bricks[0] ** 2
+    assert len(bricks) > first_room
+    found = {tuple(brick) for brick in bricks.tolist()}
+    assert len(found) == len(bricks) and found >= {tuple(brick) for brick in crossed.tolist()}
 
 
 def test_progress_rises_to_one():

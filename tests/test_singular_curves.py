@@ -128,3 +128,14 @@ def test_turned_lines_and_conics_stay_exact() -> None:
         (curve,) = locus.curves
         assert curve.expression is not None and locus.complete
         assert np.abs((curve.polyline @ matrix.T + shift)[:, 0]).max() < 1e-12
+
+
+def test_coefficients_beyond_1e100_do_not_overflow() -> None:
+    """Turned and moved by floats, an umbrella has integral coefficients so large that their products are none."""
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    offset = np.array([2.15353362, 5.11997464, 2.05914324])
+    exact = [sympy.Matrix([sympy.Rational(float(v)) for v in values]) for values in (*turn, offset)]
+    a, b, c = (row.dot(sympy.Matrix([x, y, z]) - exact[3]) for row in exact[:3])
+    (curve,) = singularities(Surface(sympy.expand(a**2 - b**2 * c)), Ball(1, offset)).curves
+    assert np.abs(curve.special - offset).max() < 1e-12
+    assert set(curve.leaves) == {0, 4}

@@ -8,7 +8,7 @@ from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows, c
 from implicit.tape import ABS, ATAN, CONST, COS, DIV, EXP, LOG, MUL, NEG, POW, SIN, SQR, SQRT, SUB
 
 
-@njit(**OPTIONS)
+@njit(**OPTIONS, inline="always")
 def differentiate(
     code: Rows,
     start: int,

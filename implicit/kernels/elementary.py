@@ -19,6 +19,7 @@ Longs: TypeAlias = NDArray[np.int64]
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # called by other kernels only
+# A kernel with one caller has inline="always" besides: it is compiled there alone, not at every level above as well.
 _FUSED = {**INNER, "fastmath": {"contract"}}  # a product and a sum may be rounded once, which is more exact
 
 EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above

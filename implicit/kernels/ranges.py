@@ -137,7 +137,7 @@ def _rising(operation: int, low: Floats, high: Floats, al: Floats, ah: Floats, e
         high[k] = np.inf if wild else b
 
 
-@njit(**OPTIONS)
+@njit(**OPTIONS, inline="always")
 def enclose(
     code: Rows,
     start: int,

@@ -7,13 +7,13 @@ The shortened tape computes the same values, bit for bit, at every sample in the
 import numpy as np
 from numba import njit
 
-from implicit.kernels.elementary import OPTIONS, Floats, Indices, Rows
+from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows
 from implicit.tape import ABS, ADD, CONST, DIV, MIN, MUL, SQR, SUB
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)  # odd, with bits all over: 2^64 divided by the golden ratio
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def place_of(mask: int, i: int, j: int, k: int, side: int) -> int:
     """Where a register of this mask keeps its value for box (i, j, k) of a mesh of side^3 boxes."""
     place = i if mask & 4 else 0
@@ -24,7 +24,7 @@ def place_of(mask: int, i: int, j: int, k: int, side: int) -> int:
     return place
 
 
-@njit(**OPTIONS)
+@njit(**OPTIONS, inline="always")
 def shorten(
     code: Rows,
     start: int,
@@ -54,7 +54,7 @@ def shorten(
     return _write(code, start, count, arguments, low, high, i, j, k, side, out, out_arguments, work)
 
 
-@njit(**OPTIONS)
+@njit(**INNER, inline="always")
 def _mark(
     code: Rows,
     start: int,
@@ -117,7 +117,7 @@ def _mark(
     return dropped
 
 
-@njit(**OPTIONS)
+@njit(**INNER, inline="always")
 def _write(
     code: Rows,
     start: int,
@@ -171,7 +171,7 @@ def _write(
     return rows, end
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def find_equal(code: Rows, arguments: Indices, start: int, count: int, known: Rows) -> int:
     """The first row of a tape equal to the one in rows start .. start+count-1, or `start`, which is then known too.
 
@@ -195,7 +195,7 @@ def find_equal(code: Rows, arguments: Indices, start: int, count: int, known: Ro
     return start
 
 
-@njit(**OPTIONS)
+@njit(**INNER, inline="always")
 def _equal(code: Rows, arguments: Indices, first: int, second: int, count: int) -> bool:
     """Whether two tapes of `count` rows are equal, whichever places the operands of their MIN and MAX are in."""
     for q in range(count):
@@ -212,7 +212,7 @@ def _equal(code: Rows, arguments: Indices, first: int, second: int, count: int) 
     return True
 
 
-@njit(**OPTIONS)
+@njit(**INNER, inline="always")
 def _find_zeros(
     code: Rows,
     start: int,
@@ -257,7 +257,7 @@ def _find_zeros(
             zero[q] = won
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _bar(
     code: Rows,
     start: int,
@@ -281,7 +281,7 @@ def _bar(
     return bar
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _loses(
     code: Rows,
     start: int,

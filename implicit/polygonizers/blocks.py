@@ -107,7 +107,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
 def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
     """Whether the Bernstein coefficients matrix @ two do not all have one sign; the first and the last row first."""
     nz = len(matrix)
-    least, most = np.inf, -np.inf
+    below, above = np.int64(0), np.int64(0)  # flags as wide as the numbers, so that the loop vectorises
     for turn in range(nz):
         c = turn - 1 if turn > 1 else (0 if turn == 0 else nz - 1)
         for q in range(len(three)):
@@ -117,9 +117,9 @@ def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
             for q in range(len(three)):
                 three[q] += factor * two[e, q]
         for q in range(len(three)):
-            least = min(least, three[q])
-            most = max(most, three[q])
-        if not (least > slack or most < -slack):
+            below |= np.int64(not (three[q] > slack))
+            above |= np.int64(not (three[q] < -slack))
+        if below and above:
             return True
     return False
 

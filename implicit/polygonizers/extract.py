@@ -167,7 +167,7 @@ def extract(
     samples: Any, bricks: Any, begin: int, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int, codes: Any,
     starts: Any, corners: Any, t: int,
 ) -> tuple[int, int, int, bool]:  # fmt: skip
-    """Extract bricks (n, 3) with samples (n, 512) from `begin` on, while there is room in `codes`.
+    """Extract bricks (n, 3) with samples (n, 512) from `begin` on, while there is room in `codes` and `corners`.
 
     cells (3,) of the lattice; low_x (2, ., ., 128), low_y (2, ., 128), low_z (128,) numbers left behind on lower
     faces; `first` is the number of the next vertex. Fills codes: 2048 brick + 512 axis + 64 x + 8 y + z for the edge
@@ -185,7 +185,7 @@ def extract(
     end, finite = len(bricks), True
     for index in range(begin, len(bricks)):
         starts[index] = n
-        if n + VERTICES_PER_BRICK > len(codes):
+        if n + VERTICES_PER_BRICK > len(codes) or 3 * (t + TRIANGLES_PER_BRICK) > len(corners):
             end = index
             break
         if not _pack_signs(samples[index], signs, eights, words):

@@ -8,7 +8,6 @@ both cases, and so is the mesh, bit for bit.
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRIC
 from implicit.polygonizers.guess import FOUND_ROWS, guess
 from implicit.polygonizers.roots import STATE_ROWS, finish, search, settle
 from implicit.polygonizers.samples import Sampler
-from implicit.work import Job, batches, check_memory
+from implicit.work import Job, batches, check_memory, trimmed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -70,9 +69,9 @@ class _Run:
     def __post_init__(self) -> None:
         _, rows, columns = self.sampler.lattice.bricks
         room = BATCH * _ROOM + VERTICES_PER_BRICK + _APART
-        self.found = np.empty((FOUND_ROWS, room))
+        scratch = np.empty((2 * FOUND_ROWS + STATE_ROWS, room))  # one piece, as `_arrays` are
+        self.found, self.part, self.state = np.split(scratch, (FOUND_ROWS, 2 * FOUND_ROWS))
         self.codes = np.empty(room, np.int32)
-        self.part, self.state = np.empty((FOUND_ROWS, room)), np.empty((STATE_ROWS, room))
         self.rows, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
         self.begins = np.zeros(self.last - self.first + 1, np.int64)
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
@@ -81,8 +80,7 @@ class _Run:
         self.low_y = np.empty((2, columns, 128), np.int32)
         self.low_z = np.empty(128, np.int32)
         bricks = self.last - self.first
-        self.vertices, self.normals = (np.empty((room + bricks * _ROOM, 3)) for _ in range(2))
-        self.faces = np.empty((BATCH * TRIANGLES_PER_BRICK + 2 * bricks * _ROOM, 3), np.int64)
+        self.vertices, self.normals, self.faces = _arrays(bricks * _ROOM)
         self.pinned: list[IntArray] = []
         self.n = self.t = self.flat = self.waiting = 0
 
@@ -97,8 +95,8 @@ class _Run:
                 self._batch(start + first, start + last)
                 self.job.advance(last - first)
             self._search(stop)
-        for array, rows in ((self.vertices, self.n), (self.normals, self.n), (self.faces, self.t)):
-            array.resize((rows, 3), refcheck=False)
+        self.vertices, self.normals = trimmed(self.vertices, self.n), trimmed(self.normals, self.n)
+        self.faces = trimmed(self.faces, self.t)
         return self
 
     def _batch(self, first: int, last: int) -> None:
@@ -107,7 +105,7 @@ class _Run:
         sampler.fill(first, last, samples)
         begin = 0
         while begin < len(bricks):
-            self.faces = _with_room(self.faces, self.t, self.t + TRIANGLES_PER_BRICK * (len(bricks) - begin))
+            self._make_room(0, TRIANGLES_PER_BRICK, first + begin)
             end, n, self.t, finite = extract(
                 samples, bricks, begin, lattice.cells, self.low_x, self.low_y, self.low_z, self.n, self.codes,
                 self.starts, self.faces.reshape(-1), self.t,
@@ -124,12 +122,28 @@ class _Run:
                 self._refine(first + begin, first + end, n, self.starts[begin : end + 1])
             begin = end
 
+    def _make_room(self, vertices: int, faces: int, reached: int) -> None:
+        """Let there be room for so many more vertices and faces.
+
+        When an eighth of the bricks is `reached`, there is room for as many as all will need if they go on like this,
+        so that little is copied, and seldom.
+        """
+        rows = max(self.n + vertices, (self.t + faces + 1) // 2)
+        share = (reached - self.first) / (self.last - self.first)
+        if share > 0.125:
+            rows = max(rows, int(1.05 * rows / share))
+        if rows <= len(self.vertices):
+            return
+        larger = _arrays(rows + rows // 8)
+        larger[0][: self.n], larger[1][: self.n] = self.vertices[: self.n], self.normals[: self.n]
+        larger[2][: self.t] = self.faces[: self.t]
+        self.vertices, self.normals, self.faces = larger
+
     def _refine(self, first: int, last: int, n: int, starts: IntArray) -> None:
         """Take one step for the n crossings of bricks `first` to `last`; those that need more wait for `_search`."""
         if self.waiting + n > len(self.rows):
             self._search(first)
-        self.vertices = _with_room(self.vertices, self.n, self.n + n)
-        self.normals = _with_room(self.normals, self.n, self.n + n)
+        self._make_room(n, 0, last)
         values, gradients = self.sampler.near(self.found[:3, :n], first, last, starts)
         self.waiting, count, flat = settle(
             self.found, values, gradients, n, self.sampler.lattice.precision, self.vertices, self.normals, self.n,
@@ -159,13 +173,13 @@ class _Run:
         self.flat += flat
 
 
-def _with_room(array: NDArray[Any], filled: int, wanted: int) -> NDArray[Any]:
-    """The array with room for `wanted` rows; memory that is not written to is not used."""
-    if wanted <= len(array):
-        return array
-    larger = np.empty((wanted + wanted // 2, array.shape[1]), array.dtype)
-    larger[:filled] = array[:filled]
-    return larger
+def _arrays(rows: int) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Room for vertices, normals, and twice as many faces; what is not written to takes no memory.
+
+    It is one piece, which allocators keep for the next mesh where they would give three back to the system.
+    """
+    whole = np.empty((4, rows, 3))
+    return whole[0], whole[1], whole[2:].reshape(-1, 3).view(np.int64)
 
 
 def refuse(points: FloatArray, values: FloatArray) -> None:

@@ -18,6 +18,7 @@ from implicit.kernels.ranges import enclose
 from implicit.kernels.shorten import find_equal, place_of, shorten
 from implicit.kernels.values import EVERYTHING, SIDE, WIDTH, evaluate, spread
 from implicit.polygonizers.lattice import Lattice
+from implicit.tape import Tape
 
 FloatArray = NDArray[np.float64]
 BrickArray = NDArray[np.int32]
@@ -28,24 +29,30 @@ _SPLIT = 4
 @njit(cache=True, nogil=True)
 def _descend(
     code: Any, arguments: Any, rows: int, used: int, constants: Any, axes: Any, bricks: Any, levels: int, leaves: Any,
-    stack: Any,
-) -> int:  # fmt: skip
-    """Write a leaf (x, y, z, first row, rows) for each brick that may be crossed; how many, or -1 for lack of room.
+    stack: Any, state: Any,
+) -> bool:  # fmt: skip
+    """Write a leaf (x, y, z, first row, rows) for each brick that may be crossed, until all is done or room is short.
 
     The tape is in the first `rows` rows of `code`, its operands in the first `used` of `arguments`; shortened tapes are
-    written behind them.
+    written behind them. state (4,): how many blocks are open, leaves written, rows and operands used; it says where to
+    go on when there is more room.
     """
     low, high = np.empty((rows, 64)), np.empty((rows, 64))
     known = np.full((2, 1 << 13), -1, np.int32)
     scratch, work = np.empty((5, 64)), np.empty((3, rows), np.int32)
     lower, upper = np.empty((3, _SPLIT)), np.empty((3, _SPLIT))
-    end, most, count, depth = rows, used, 0, 1
+    depth, count, end, most = state[0], state[1], state[2], state[3]
     points, side = np.int64(0), np.int64(_SPLIT)  # literals would compile `enclose` again
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
-    stack[0, 3], stack[0, 4], stack[0, 5] = levels, 0, rows
+    if depth == 0:
+        stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
+        stack[0, 3], stack[0, 4], stack[0, 5] = levels, 0, rows
+        depth, end, most = 1, rows, used
     while depth > 0:
+        length = np.int64(stack[depth - 1, 5])
+        if end + 64 * length > len(code) or most + 64 * used > len(arguments) or count + 64 > len(leaves):
+            break
         depth -= 1
-        level, start, length = stack[depth, 3], stack[depth, 4], stack[depth, 5]
+        level, start = np.int64(stack[depth, 3]), np.int64(stack[depth, 4])
         width = _SPLIT ** (level - 1)
         x, y, z = stack[depth, 0], stack[depth, 1], stack[depth, 2]
         for axis in range(3):
@@ -61,10 +68,6 @@ def _descend(
                     place = place_of(mask, i, j, k, side)
                     if low[length - 1, place] >= 0.0 or high[length - 1, place] < 0.0:
                         continue
-                    if end + length > len(code) or most + used > len(arguments):
-                        return -1
-                    if count == len(leaves) or depth + 1 > len(stack):
-                        return -1
                     kept, last = shorten(
                         code, start, length, arguments, constants, low, high, i, j, k, side, end, most, work
                     )  # fmt: skip
@@ -82,7 +85,8 @@ def _descend(
                         stack[depth, 0], stack[depth, 1], stack[depth, 2] = corner
                         stack[depth, 3], stack[depth, 4], stack[depth, 5] = level - 1, target, kept
                         depth += 1
-    return count
+    state[0], state[1], state[2], state[3] = depth, count, end, most
+    return depth == 0
 
 
 @njit(cache=True, nogil=True)
@@ -143,6 +147,32 @@ def _near(
                     gradients[axis, chosen[k]] = slopes[axis, k]
 
 
+def _find_leaves(tape: Tape, lattice: Lattice) -> tuple[BrickArray, BrickArray, BrickArray]:
+    """The bricks that may be crossed as leaves, and the rows and operands of all their tapes."""
+    levels = 1
+    while _SPLIT**levels < max(lattice.bricks):
+        levels += 1
+    x, y, z = lattice.bricks
+    room = 64 + 2 * (x * y + y * z + z * x)
+    code, arguments, leaves = tape.code, tape.arguments, np.empty((0, 5), np.int32)
+    stack, state, done = np.empty((64 * levels + 1, 6), np.int32), np.zeros(4, np.int64), False
+    while not done:
+        code = _longer(code, 64 * len(tape) + 8 * room)
+        arguments = _longer(arguments, 64 * len(tape.arguments) + room)
+        leaves = _longer(leaves, room)
+        room *= 2
+        done = _descend(
+            code, arguments, len(tape), len(tape.arguments), tape.constants, lattice.padded, lattice.bricks, levels,
+            leaves, stack, state,
+        )  # fmt: skip
+    return code, arguments, leaves[: state[1]]
+
+
+def _longer(array: NDArray[np.int32], more: int) -> NDArray[np.int32]:
+    """A copy with room for more rows."""
+    return np.concatenate([array, np.empty((more, *array.shape[1:]), np.int32)])
+
+
 def _whole(bricks: BrickArray, rows: int) -> BrickArray:
     """Leaves with the whole tape."""
     leaves = np.empty((len(bricks), 5), np.int32)
@@ -169,26 +199,10 @@ class TapeSampler:
         tape = field.tape
         if bricks is not None:
             return cls(field, lattice, tape.code.copy(), tape.arguments.copy(), _whole(bricks, len(tape)))
-        levels = 1
-        while _SPLIT**levels < max(lattice.bricks):
-            levels += 1
-        most = sorted(lattice.bricks)
-        room = 4096 + 4 * most[1] * most[2]
-        while True:
-            code = np.empty((len(tape) + 24 * room, 4), np.int32)
-            arguments = np.empty(len(tape.arguments) + 4 * room, np.int32)
-            code[: len(tape)], arguments[: len(tape.arguments)] = tape.code, tape.arguments
-            leaves, stack = np.empty((room, 5), np.int32), np.empty((64 * levels + 64, 6), np.int32)
-            count = _descend(
-                code, arguments, len(tape), len(tape.arguments), tape.constants, lattice.padded, lattice.bricks, levels,
-                leaves, stack,
-            )  # fmt: skip
-            if count >= 0:
-                break
-            room *= 3
-        leaves = leaves[:count]
-        key = (leaves[:, 0].astype(np.int64) * lattice.bricks[1] + leaves[:, 1]) * lattice.bricks[2] + leaves[:, 2]
-        return cls(field, lattice, code, arguments, leaves[np.argsort(-key)])
+        code, arguments, leaves = _find_leaves(tape, lattice)
+        rank = np.full(lattice.bricks, -1, np.int32)  # the leaf of each brick: quicker to read in order than to sort
+        rank[leaves[:, 0], leaves[:, 1], leaves[:, 2]] = np.arange(len(leaves))
+        return cls(field, lattice, code, arguments, leaves[rank[rank >= 0][::-1]])
 
     @property
     def bricks(self) -> BrickArray:

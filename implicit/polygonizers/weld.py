@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from implicit.mesh import area_weighted_normals
 from implicit.topology import components, find_edges, split_vertices
+from implicit.work import trimmed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,19 +37,24 @@ def weld(vertices: FloatArray, normals: FloatArray, faces: IntArray, pinned: Int
     near = list_marked(faces, marked)
     part = faces[near]
     members, leader = _groups(vertices, part, meeting)
-    target = np.arange(len(vertices))
     while len(members):
-        target[members] = leader
-        merged = target[part]
+        merged = _renamed(part, members, leader)
         bad = _spoiled(merged[~_is_flat(merged)], np.unique(leader), len(vertices))
         if not len(bad):
             faces[near] = merged
-            dead = _without_faces(faces, part, merged, members[members != leader])
+            dead = _without_faces(faces, part, merged, members[members != leader], len(vertices))
             return _compact(vertices, normals, faces, near, dead)
         stay = ~np.isin(leader, bad)
-        target[members[~stay]] = members[~stay]
         members, leader = members[stay], leader[stay]
     return vertices, normals, faces
+
+
+def _renamed(faces: IntArray, old: IntArray, new: IntArray) -> IntArray:
+    """The faces with the vertices `old`, ascending, replaced by `new`: for few of them, without a list of all."""
+    if not len(old):
+        return faces
+    place = np.minimum(np.searchsorted(old, faces), len(old) - 1)
+    return np.asarray(np.where(old[place] == faces, new[place], faces))
 
 
 def _is_flat(faces: IntArray) -> NDArray[np.bool_]:
@@ -56,12 +62,14 @@ def _is_flat(faces: IntArray) -> NDArray[np.bool_]:
     return np.asarray((a == b) | (b == c) | (c == a))
 
 
-def _without_faces(faces: IntArray, before: IntArray, after: IntArray, members: IntArray) -> IntArray:
-    """The vertices, ascending, that no face with area has any more; among them the members, which others stand for."""
+def _without_faces(faces: IntArray, before: IntArray, after: IntArray, members: IntArray, size: int) -> IntArray:
+    """The vertices, ascending, that no face with area has any more, out of `size`; among them the members, which others
+    stand for.
+    """
     flat = _is_flat(after)
     lost = np.setdiff1d(before[flat], np.append(after[~flat], members))
     if len(lost):  # they may have faces that did not change
-        rest = faces[list_marked(faces, _marks(lost, int(faces.max()) + 1))]
+        rest = faces[list_marked(faces, _marks(lost, size))]
         lost = np.setdiff1d(lost, rest[~_is_flat(rest)])
     return np.union1d(members, lost)
 
@@ -74,10 +82,8 @@ def _compact(vertices: FloatArray, normals: FloatArray, faces: IntArray, near: I
     size = len(vertices) - len(dead)
     holes = dead[dead < size]
     moved = np.setdiff1d(np.arange(size, len(vertices)), dead)
-    number = np.arange(len(vertices))
-    number[moved] = holes
     vertices[holes], normals[holes] = vertices[moved], normals[moved]
-    part = number[faces[near]]
+    part = _renamed(faces[near], moved, holes)
     faces[near] = part
     gone = near[_is_flat(part)]
     count = len(faces) - len(gone)
@@ -114,14 +120,6 @@ def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Array
     """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
     n, t = _squeeze(vertices, normals, faces)
     return trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)
-
-
-def trimmed(array: NDArray[Any], rows: int) -> NDArray[Any]:
-    """The first rows, in the same memory where the array owns it."""
-    if not array.flags.owndata:
-        return array[:rows].copy()
-    array.resize((rows, 3), refcheck=False)
-    return array
 
 
 def _meeting(vertices: FloatArray, pinned: IntArray) -> IntArray:

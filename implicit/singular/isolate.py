@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from implicit.kernels.elementary import INNER, OPTIONS
 from implicit.singular.restrict import restrict
 
 Floats = NDArray[np.float64]
@@ -18,7 +19,7 @@ Ints = NDArray[np.int64]
 UNIT = 2.0**-53
 
 
-@njit(cache=True)
+@njit(**INNER, inline="always")
 def place(box: Ints, lower: Floats, width: Floats) -> None:
     """Lower corner and widths of a box, both exact."""
     for a in range(3):
@@ -26,7 +27,7 @@ def place(box: Ints, lower: Floats, width: Floats) -> None:
         lower[a] = -1.0 + width[a] * box[1 + a]
 
 
-@njit(cache=True)
+@njit(**INNER)
 def spread(b: Floats, shape: Ints, first: int, second: int) -> tuple[float, float]:
     """Least and greatest difference of coefficients along the axes first and second (-1: none), times degrees."""
     end = shape.copy()
@@ -57,7 +58,7 @@ def spread(b: Floats, shape: Ints, first: int, second: int) -> tuple[float, floa
     return factor * least, factor * greatest
 
 
-@njit(cache=True)
+@njit(**INNER)
 def slope(b: Floats, shape: Ints, axis: int) -> float:
     """The derivative along an axis at the centre of the unit box."""
     stride = np.array([shape[1] * shape[2], shape[2], 1])
@@ -79,7 +80,7 @@ def slope(b: Floats, shape: Ints, axis: int) -> float:
     return total * end[axis]
 
 
-@njit(cache=True)
+@njit(**INNER)
 def invert(m: Floats, out: Floats) -> bool:
     """The inverse of a 3x3 matrix by cofactors; False where it is singular to working precision."""
     for r in range(3):
@@ -96,7 +97,7 @@ def invert(m: Floats, out: Floats) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit(**INNER, inline="always")
 def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
     """Krawczyk's test of grad f on the unit box: 1 exactly one zero (near root), -1 none, 0 unknown.
 
@@ -137,7 +138,7 @@ def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
     return 1 if inside else 0
 
 
-@njit(cache=True)
+@njit(**INNER)
 def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> None:
     """De Casteljau at the middle along one axis: the Bernstein coefficients of both halves."""
     n = shape[axis] - 1
@@ -156,7 +157,7 @@ def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> Non
     return
 
 
-@njit(cache=True)
+@njit(**INNER, inline="always")
 def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
     """Whether the box lies wholly where some cut a x + b y + c z + d is negative."""
     for c in cuts:
@@ -168,7 +169,7 @@ def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(**INNER, inline="always")
 def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floats) -> int:
     """What a box with Bernstein coefficients b holds: -1 nothing, 1 exactly one critical point, 0 unknown."""
     none = np.int64(-1)  # a literal would compile `spread` again
@@ -184,7 +185,7 @@ def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floa
     return contract(b, error, shape, root) if precondition else 0
 
 
-@njit(cache=True)
+@njit(**OPTIONS)
 def search(
     high: Floats,
     low: Floats,
@@ -248,7 +249,7 @@ def search(
     return n_found, n_left, top, todo
 
 
-@njit(cache=True)
+@njit(**INNER)
 def size_of(b: Floats) -> float:
     """The largest absolute coefficient."""
     largest = 0.0

@@ -4,11 +4,12 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
 from implicit.singular.arcs import Arc
 from implicit.singular.chains import Chain
-from implicit.singular.form import Form
+from implicit.singular.form import Form, Monomial
 
 Floats = NDArray[np.float64]
 
@@ -18,12 +19,17 @@ _ANGLES = np.linspace(0, 2 * np.pi, 1441)[:-1]
 
 
 class Values:
-    """f and its second derivatives in floats."""
+    """The second derivatives of f in floats, all divided by the power of two that makes their coefficients about 1.
+
+    Undivided, the coefficients of a surface that was turned by floats pass 1e100, and products of minors overflow.
+    """
 
     def __init__(self, form: Form) -> None:
-        self.form = form
-        pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-        self.seconds = [_table(form.hessian[a][b]) for a, b in pairs]
+        seconds = [form.hessian[a][b].coefficients() for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        largest = max((abs(c) for terms in seconds for c in terms.values()), default=arb(0))
+        mantissa, exponent = largest.mid().man_exp()
+        scale = arb(2) ** -(int(exponent) + int(mantissa).bit_length())
+        self.seconds = [_table(terms, scale) for terms in seconds]
 
     def bend(self, points: Floats) -> tuple[Floats, Floats]:
         """The sum of the principal 2x2 minors of the Hessian at points (n, 3), and the size of errors in it.
@@ -45,9 +51,9 @@ class Values:
         return minors, noise + sum(moved) * 2e-11 * size / step
 
 
-def _table(form: Form) -> tuple[NDArray[np.int64], Floats]:
-    terms = {m: float(c.mid()) for m, c in form.coefficients().items()}
-    return np.array(list(terms), dtype=np.int64).reshape(-1, 3), np.array(list(terms.values()))
+def _table(terms: dict[Monomial, arb], scale: arb) -> tuple[NDArray[np.int64], Floats]:
+    values = np.array([float((c * scale).mid()) for c in terms.values()])
+    return np.array(list(terms), dtype=np.int64).reshape(-1, 3), values
 
 
 def _evaluate(table: tuple[NDArray[np.int64], Floats], points: Floats) -> Floats:

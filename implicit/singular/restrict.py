@@ -8,19 +8,21 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from implicit.kernels.elementary import INNER
+
 Floats = NDArray[np.float64]
 
 PAIR_UNIT = 2.0**-100  # bounds the relative error of each operation on pairs below, with room to spare
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _sum(a: float, b: float) -> tuple[float, float]:
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def add(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """(ah + al) + (bh + bl) as a pair, accurate also where the high parts cancel."""
     s, e = _sum(ah, bh)
@@ -29,7 +31,7 @@ def add(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     return _sum(s, e + f)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def multiply(ah: float, al: float, b: float) -> tuple[float, float]:
     """(ah + al) * b as a pair."""
     p = ah * b
@@ -43,7 +45,7 @@ def multiply(ah: float, al: float, b: float) -> tuple[float, float]:
     return _sum(p, e + al * b)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def restrict_line(high: Floats, low: Floats, first: int, stride: int, n: int, lower: float, width: float) -> None:
     """Power coefficients on [-1, 1] become Bernstein coefficients on [lower, lower + width], in place.
 
@@ -69,7 +71,7 @@ def restrict_line(high: Floats, low: Floats, first: int, stride: int, n: int, lo
             high[j], low[j] = add(high[j], low[j], high[j - stride], low[j - stride])
 
 
-@njit(cache=True)
+@njit(**INNER)
 def restrict(
     high: Floats, low: Floats, shape: NDArray[np.int64], lower: Floats, width: Floats, out: Floats, spare: Floats
 ) -> float:
@@ -96,7 +98,7 @@ def restrict(
     return 2.0**-52 * largest + 8 * (shape[0] + shape[1] + shape[2]) * PAIR_UNIT * total
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _majorant(high: Floats, shape: NDArray[np.int64], lower: Floats, width: Floats) -> float:
     """The sum of |coefficients| times powers of |lower| + width, by Horner's rule."""
     x, y, z = abs(lower[0]) + width[0], abs(lower[1]) + width[1], abs(lower[2]) + width[2]

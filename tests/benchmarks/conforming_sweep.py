@@ -1,8 +1,8 @@
 """Conforming meshes of moved surfaces at several resolutions: right, refused, or wrong without a word.
 
-Surfaces of degree 4 and less are moved ten times, the others three times, at three resolutions, all at default
-settings. Each time the surface is turned, moved together with its bounds by a random offset of up to the size of the
-bounds (a fraction with denominator 1000), and the lattice is shifted against both by a random part of a cell.
+Surfaces of degree 4 and less are moved ten times, the others turned three times, at three resolutions, all at default
+settings. Moved means: turned, and shifted together with its bounds by a random offset of up to the size of the bounds
+(a fraction with denominator 1000). Each time the lattice is shifted against both by a random part of a cell.
 Refused means that something stands in `Mesh.unresolved`; a mesh can be right and refused.
 """
 
@@ -25,7 +25,7 @@ def verdict(name: str, resolution: int, seed: int) -> str:
     """What became of one surface; seed 0 leaves it and the lattice where they are."""
     rng = np.random.default_rng([seed, resolution])
     shift = rng.random(3) if seed else grid._SHIFT
-    offset = rng.integers(-1000, 1001, 3) / 1000 * case_of(name)[1].radius * bool(seed)
+    offset = rng.integers(-1000, 1001, 3) / 1000 * case_of(name)[1].radius * (bool(seed) and _is_moved(name))
     with patch.object(grid, "_SHIFT", shift):
         found = row(name, resolution, seed, np.round(offset, 3))
     if found["unresolved"]:
@@ -33,9 +33,14 @@ def verdict(name: str, resolution: int, seed: int) -> str:
     return "right" if found["right"] else "WRONG"
 
 
+def _is_moved(name: str) -> bool:
+    """Whether a case is shifted too, not only turned."""
+    return (case_of(name)[0].degree or 0) <= 4
+
+
 def runs(name: str) -> Iterator[tuple[int, int]]:
     """The resolutions and seeds at which a case is tried."""
-    turns = 10 if (case_of(name)[0].degree or 0) <= 4 else 3
+    turns = 10 if _is_moved(name) else 3
     return ((resolution, seed) for resolution in _RESOLUTIONS for seed in range(turns + 1))
 
 

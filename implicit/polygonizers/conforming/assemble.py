@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.domain import Bounds, Box, to_bounds
-from implicit.evaluate import Field
 from implicit.mesh import Mesh, assemble
 from implicit.polygonizers.clip import unit
 from implicit.polygonizers.conforming.block import Block, put_cones
@@ -26,6 +25,7 @@ from implicit.polygonizers.conforming.check import (
     turning,
 )
 from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.inward import refine_inwards
 from implicit.polygonizers.conforming.join import join_patch
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
@@ -131,7 +131,8 @@ def conforming(
 
     Promised: `points` are the vertices at special points, and every edge of `curves` that carries sheets is an edge of
     the mesh; parts of `curves` without faces are solitary. Blocks are proved, up to the rounding of the polynomial's
-    coefficients; tetrahedra are refined until samples of f and its gradient on their edges and faces agree.
+    coefficients, and so is, of a polynomial, that no edge of a tetrahedron is crossed twice, nor an edge or triangle of
+    the spheres round special points. Inside, tetrahedra are refined until samples of f and its gradient agree.
     `unresolved` lists a box round everything that is singular or may be and is not resolved so, and round triangles
     over which the gradient turns by more than 78 degrees. Where it turns by more than 53 degrees the cells around are
     searched for singular points, and what is left of them is listed too. It is empty when there is nothing of the
@@ -164,12 +165,12 @@ def conforming(
         if not len(fresh) or not can_be_tried(local, fresh):
             break
         seeds = np.concatenate([seeds, fresh])
-    draft = _draw(sweep, surface.field, blocks, hood)
+    draft = _draw(sweep, local, blocks, hood)
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
     return _finish(draft, domain, local, skipped)
 
 
-def _draw(sweep: _Sweep, surface: Field, blocks: list[Block], hood: Neighbourhood | None) -> _Draft:
+def _draw(sweep: _Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | None) -> _Draft:
     """The sweep with cones in the blocks and the patch of a neighbourhood in place of what is there."""
     grid, first = sweep.grid, len(sweep.vertices)
     cells = [block.cells for block in blocks] + ([hood.patch.region.cells] if hood else [])
@@ -191,11 +192,13 @@ def _draw(sweep: _Sweep, surface: Field, blocks: list[Block], hood: Neighbourhoo
     stay = np.ones(len(sweep.faces), bool)
     stay[near[gone]] = False
     added = np.concatenate(new)
-    normals = np.concatenate([sweep.normals, unit(surface.gradients(added)[1])])
-    faces = np.concatenate([sweep.faces[stay], *fresh])
-    draft = _Draft(np.concatenate([sweep.vertices, added]), normals, faces, special, curves, doubts)
-    normals[draft.singular] = 0
-    return draft
+    vertices, normals = np.concatenate([sweep.vertices, added]), np.concatenate([sweep.normals, np.zeros_like(added)])
+    normals[first:] = unit(local.field.gradients(added)[1])
+    fixed = np.zeros(len(vertices), bool)
+    fixed[np.concatenate([special, *curves])] = True
+    normals[fixed] = 0
+    mesh = refine_inwards(local, (vertices, normals, np.concatenate(fresh)), special, fixed)
+    return _Draft(mesh[0], mesh[1], np.concatenate([sweep.faces[stay], mesh[2]]), special, curves, doubts)
 
 
 def _coarse(sweep: _Sweep, local: Local) -> FloatArray:

@@ -50,7 +50,7 @@ def find_ball(
     for arc in arcs:
         most = min(most, _arc_room(arc, row, center))
     nodes = np.concatenate([np.zeros((0, 3)), *(arc.nodes for arc in arcs)])
-    most = min(most, 0.75 * critical_radius(local, center, most, nodes, rng))
+    most = min(most, 0.75 * critical_radius(local, center, most, nodes))
     best: tuple[tuple[bool, float], float, tuple[Exit, ...], Link] | None = None
     radius = min(_SMALLEST, most)
     while True:

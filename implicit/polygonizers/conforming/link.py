@@ -1,8 +1,8 @@
 """The link of a special point: a triangulated sphere round it, fine enough to see where the surface meets it.
 
 The inside of the sphere is filled with the cone from the point over its triangles, so the mesh there is the cone over
-the curve that the triangles see. The triangles are refined where an edge is crossed more than once, or where the
-gradient along the sphere turns too far for a triangle that the curve may meet.
+the curve that the triangles see. The triangles are refined until it is proved of each edge that it is crossed once at
+most, and of each triangle away from the exits that the surface meets it in arcs without a turn.
 """
 
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
+from implicit.polygonizers.conforming.enclose import changes, plain
 from implicit.polygonizers.conforming.local import Local, among, frame, merged, pairs_of, spread, unit_rows
 from implicit.polygonizers.conforming.ring import Circle, beside, crossings, stable
 from implicit.topology import count_components
@@ -20,8 +21,8 @@ IntArray = NDArray[np.int64]
 
 _ROUNDS = 20
 _BUDGET = 1200
-_SHARES = np.linspace(0, 1, 10)[1:-1]
-_PLACES = np.array([(6, 0, 0), (0, 6, 0), (0, 0, 6), (3, 3, 0), (0, 3, 3), (3, 0, 3), (2, 2, 2)]) / 6
+_NARROWEST = 1e-4
+"""Exits whose rings would be narrower than this angle are not told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +48,15 @@ def find_link(
     """The link on the sphere of a radius, refined from points about `spacing` apart; exits (k, 3) are directions."""
     plain = int(4 * np.pi / (0.8 * spacing**2))
     points = spread(plain, rng)
-    circles = []
+    circles, narrow = [], False
     for i, exit_ in enumerate(exits):
         others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
         widest = min(0.5 * spacing, 0.4 * others.min(initial=9.0))
+        narrow |= widest <= _NARROWEST
+        widest = max(widest, _NARROWEST)
         circles.append(Circle(point + radius * exit_, *frame(exit_), radius * widest, (point, radius)))
     found, sheets = stable(local, circles, 1e-3)
-    settled = None not in found
+    settled = None not in found and not narrow
     circles = [new or old for new, old in zip(found, circles, strict=True)]
     roots = crossings(local, circles)
     rings = [unit_rows(c.at(beside(r)) - point) for c, r in zip(circles, roots, strict=True)]
@@ -96,9 +99,12 @@ def _refine(
         ):
             names = simplices @ (2 * _BUDGET) ** np.arange(simplices.shape[1])
             left = (simplices >= len(exits)).all(axis=1) & ~among(names, passed[kind])
-            bad, places = look(local, point, radius, points, simplices[left], exits, rims)
+            bad, places = look(local, point + radius * points[simplices[left]])
             passed[kind] = merged(passed[kind], names[left][~bad])
-            parts.append(places)
+            way = unit_rows(places - point)
+            if kind == 1:
+                way = way[(np.linalg.norm(way[:, None] - exits, axis=2) > 1.7 * rims).all(axis=1)]
+            parts.append(way)
         new = np.concatenate(parts)
         if not len(new):
             return points, True
@@ -115,53 +121,17 @@ def _refine(
     return points, False
 
 
-def _crossed_edges(
-    local: Local, point: FloatArray, radius: float, points: FloatArray, edges: IntArray, exits: FloatArray,
-    rims: FloatArray,
-) -> tuple[NDArray[np.bool_], FloatArray]:  # fmt: skip
-    """Which edges are crossed more than once, and points on these in the part of the other sign."""
-    signs = local.signs(point + radius * points)
-    a, b = points[edges[:, 0], None], points[edges[:, 1], None]
-    between = unit_rows(a + (b - a) * _SHARES[:, None])
-    inner = local.signs(point + radius * between)
-    row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
-    return several(row), middle_of_other(between, inner, row)
+def _crossed_edges(local: Local, ends: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which edges with ends (n, 2, 3) are crossed more than once, and a place on each of these in the other sign."""
+    found = changes(local, ends[:, 0], ends[:, 1])
+    bad = found.counts > 1
+    return bad, ends[bad, 0] + found.beyond[bad, None] * (ends[bad, 1] - ends[bad, 0])
 
 
-def several(row: IntArray) -> NDArray[np.bool_]:
-    """Which rows (n, k) of signs have more than one change."""
-    return np.asarray(np.count_nonzero(row[:, 1:] != row[:, :-1], axis=1) > 1)
-
-
-def middle_of_other(between: FloatArray, inner: IntArray, row: IntArray) -> FloatArray:
-    """For edges with more than one change of sign in `row`, the middle sample whose sign is not that of the start."""
-    bad = several(row)
-    other = inner[bad] != row[bad, :1]
-    rank = np.cumsum(other, axis=1)
-    middle = np.argmax(rank > rank[:, -1:] // 2, axis=1)
-    return np.asarray(between[bad][np.arange(len(middle)), middle]).reshape(-1, 3)
-
-
-def _turning_triangles(
-    local: Local, point: FloatArray, radius: float, points: FloatArray, triangles: IntArray, exits: FloatArray,
-    rims: FloatArray,
-) -> tuple[NDArray[np.bool_], FloatArray]:  # fmt: skip
-    """Which triangles away from the exits the curve may meet and turn in too far, and their middles."""
-    corners = points[triangles]
-    places = unit_rows(np.einsum("kb,tbc->tkc", _PLACES, corners))
-    values, slopes = local.gradients(point + radius * places)
-    slopes = radius * (slopes - (slopes * places).sum(axis=-1, keepdims=True) * places)
-    steep = np.linalg.norm(slopes, axis=-1)
-    wide = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
-    clear = np.abs(values).min(axis=1) > 0.75 * steep.max(axis=1) * wide
-    unit = unit_rows(slopes)
-    turn = np.einsum("tkc,tlc->tkl", unit, unit).min(axis=(1, 2))
-    signs = np.where(values < 0, -1, 1)
-    odd = (np.abs(signs[:, :3].sum(axis=1)) == 3) & (np.abs(signs.sum(axis=1)) < len(_PLACES))
-    bad = (~clear & (turn < 0.1)) | odd
-    middles = places[:, -1]
-    near = (np.linalg.norm(middles[:, None] - exits, axis=2) < 1.7 * rims).any(axis=1)
-    return bad & ~near, middles[bad & ~near]
+def _turning_triangles(local: Local, corners: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which triangles with corners (n, 3, 3) f = 0 may meet in more than arcs without a turn, and their middles."""
+    bad = ~plain(local, corners)
+    return bad, corners[bad].mean(axis=1)
 
 
 def _topology(signs: IntArray, triangles: IntArray, exits: int) -> tuple[int, int]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.bernstein import rounding
 from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.grid import Grid
@@ -29,6 +30,25 @@ class Local:
         """How many cells (n,) places (n, 3) lie outside the bounds; negative inside."""
         points = self.grid.to_points(units)
         return np.max([wall.heights(points) for wall in self.walls], axis=0) / self.grid.step
+
+    @cached_property
+    def degree(self) -> int | None:
+        """The degree of a polynomial, None of anything else."""
+        field = self.field
+        return int(field.exponents.sum(axis=1).max(initial=0)) if isinstance(field, PolynomialField) else None
+
+    def noise(self, corners: FloatArray) -> FloatArray:
+        """How far values (n,) of a polynomial between corners (n, k, 3) may be off by rounding, in lattice units."""
+        return self._sizes.values(np.abs(self.grid.to_points(corners)).max(axis=1))
+
+    @cached_property
+    def _sizes(self) -> PolynomialField:
+        """The rounding of f at a place with coordinates of these sizes."""
+        field = self.field
+        if not isinstance(field, PolynomialField):
+            raise TypeError("only of a polynomial the rounding is known")
+        sizes = np.abs(field.coefficients) * rounding(field.exponents) + field.errors
+        return PolynomialField(field.exponents, sizes, np.zeros_like(sizes))
 
     def values(self, units: FloatArray) -> FloatArray:
         """The values (...,)."""

@@ -11,6 +11,7 @@ from implicit.polygonizers.conforming.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.ball import Ball, find_ball
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.refine import Patch, mesh_region
+from implicit.polygonizers.conforming.repeats import apart, beside_arcs, without_repeats
 from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
 from implicit.polygonizers.conforming.tube import find_tube
 
@@ -56,13 +57,15 @@ def find_frame(
     rng: np.random.Generator,
 ) -> Frame:
     """The arcs and balls of special points (k, 3) and curves; curves go on `beyond` cells past the walls."""
-    arcs = find_arcs(local, polylines, special, beyond)
-    doubtful = []
+    alone = apart(special)
+    points = special[alone]
+    arcs, repeated = without_repeats(find_arcs(local, polylines, points, beyond))
+    doubtful = [*special[~alone], *repeated]
     balls = []
-    for row in range(len(special)):
-        ball = find_ball(local, row, special, arcs, _room(local, special[row]), rng)
+    for row, beside in enumerate(beside_arcs(points, arcs)):
+        ball = None if beside else find_ball(local, row, points, arcs, _room(local, points[row]), rng)
         if ball is None or not ball.stable:
-            doubtful.append(special[row])
+            doubtful.append(points[row])
         if ball is not None:
             balls.append(ball)
     return Frame(special, arcs, [_wall_parameters(local, arc) for arc in arcs], balls, doubtful)
@@ -95,7 +98,8 @@ def mesh_neighbourhood(
         skeleton = _build(local, frame, limits, rng)
         skeleton.add(seeds)
         patch = mesh_region(local, skeleton, local.grid.cells, rng)
-        if not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or turn == _RETRIES:
+        hopeless = bool(frame.doubtful) or not all(tube.settled for tube in skeleton.tubes)
+        if not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless or turn == _RETRIES:
             break
         size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
         limits.append(np.concatenate([patch.blocked, size], axis=1))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
-from implicit.polygonizers.conforming.link import middle_of_other, several
+from implicit.polygonizers.conforming.enclose import changes
 from implicit.polygonizers.conforming.local import Local, among, merged, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
@@ -18,14 +18,17 @@ IntArray = NDArray[np.int64]
 _ROUNDS = 60
 _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
-_SHARES = np.linspace(0, 1, 9)[1:-1]
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
 _WAY = np.array([1.0, np.pi, np.e])
 """Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
 _TURN = 0.2
 _AWAY = 0.3
-_SHARES_APART = (0.12, 0.02)
-"""New vertices are so far from all others, as shares of the spacing there."""
+_APART = 0.12
+"""New vertices are so far from all others, as a share of the spacing there."""
+_STUCK = 1 / 6
+"""Where that kept a vertex out the round before, it may be nearer by so much."""
+_LEAST = 1e-6
+"""The spacing, in cells, below which nothing is tried any more."""
 _FLAT = 0.05
 """Triangles this thin may face anywhere."""
 _GROWTH = 4
@@ -60,7 +63,7 @@ def mesh_region(
 ) -> Patch:
     """The mesh near a skeleton on a lattice of `size` cells; before: one with the first vertices of this skeleton."""
     doubtful, blocked = [], []
-    refined = False
+    refined, waits = False, _Waits()
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
@@ -78,7 +81,8 @@ def mesh_region(
         signs = _signs(local, region, skeleton, places)
         if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
-        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, fresh[:known])])
+        old = np.concatenate([stay, fresh[:known]])
+        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, old)])
         active = stay[met(signs, stay)] if turn == 0 else stay[:0]
         wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
         if not (local.heights(wrong) < _BEYOND).any():
@@ -88,11 +92,12 @@ def mesh_region(
         if not len(wrong):
             refined = True
             break
-        wrong = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
-        free = skeleton.free(wrong, 0.999, 1.0)
-        blocked.append(wrong[~free])
-        kept = _apart(wrong[free], spacing[free], new)
-        if not len(kept):
+        spacing = waits.nearer(wrong, spacing)
+        moved = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
+        free = skeleton.free(moved, 0.999, 1.0)
+        blocked.append(moved[~free])
+        kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
+        if not len(kept) and spacing.min() < _LEAST:
             break
         around = np.concatenate([around, kept])
     if not refined and len(wrong):
@@ -101,15 +106,6 @@ def mesh_region(
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
     return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity)
-
-
-def _apart(points: FloatArray, spacing: FloatArray, others: FloatArray) -> FloatArray:
-    """The points that are not too near to each other or to others; if none is, those not nearer still."""
-    for share in _SHARES_APART:
-        kept = points[thin(points, spacing, others, share)]
-        if len(kept):
-            break
-    return kept
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
@@ -142,9 +138,28 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
 
 
 @dataclass(eq=False)
+class _Waits:
+    """Places where a vertex was wanted the round before, by name, and the spacing that was asked for."""
+
+    names: FloatArray = field(default_factory=lambda: np.zeros(0))
+    spacing: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def nearer(self, places: FloatArray, spacing: FloatArray) -> FloatArray:
+        """The spacing at places (n, 3), less where one is wanted again: no vertex found room there."""
+        names, first = np.unique(places @ _WAY, return_inverse=True)
+        least = np.full(len(names), np.inf)
+        np.minimum.at(least, first, spacing)
+        again, row, old = np.intersect1d(names, self.names, return_indices=True)
+        if len(again):
+            least[row] = np.minimum(least[row], _STUCK * self.spacing[old])
+        self.names, self.spacing = names, least
+        return np.asarray(least[first])
+
+
+@dataclass(eq=False)
 class _Seen:
-    """What need not be looked at again, or must be, named by its ends: edges that were looked at, tetrahedra in which
-    there was a finger of the other sign, and those whose triangles are right.
+    """What need not be looked at again, or must be, named by its ends: edges that are right, tetrahedra with an edge
+    that is not or with a finger of the other sign, and those whose triangles are right.
     """
 
     edges: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -166,26 +181,36 @@ def _unseen(
     """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
     spacing there.
     """
-    edges = pairs_of(np.concatenate([active, fresh]))
+    looked = np.concatenate([active, fresh])
+    edges = pairs_of(looked)
     edges = edges[(signs[edges] != 0).all(axis=1)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
     left = ~among(keys, seen.edges)
     edges, a, b = edges[left], a[left], b[left]
-    seen.edges = merged(seen.edges, keys[left])
-    between = a[:, None] + (b - a)[:, None] * _SHARES[:, None]
-    inner = local.signs(between)
-    row = np.column_stack([signs[edges[:, 0]], inner, signs[edges[:, 1]]])
-    found = middle_of_other(between, inner, row)
-    spacing = np.linalg.norm(b - a, axis=1)[several(row)]
+    crossed = changes(local, a, b)
+    twice = crossed.counts > 1
+    seen.edges = merged(seen.edges, keys[left][~twice])
+    found = a[twice] + crossed.beyond[twice, None] * (b - a)[twice]
+    spacing = np.linalg.norm((b - a)[twice], axis=1)
     same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
     other = local.signs(samples) != signs[same[:, :1]]
     hit = other.any(axis=1)
     finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    seen.hit = _names(places, same[hit])
+    seen.hit = np.concatenate([_names(places, same[hit]), _names(places, _with_edges(looked, edges[twice]))])
     return np.concatenate([found, finger]), np.concatenate([spacing, length])
+
+
+def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
+    """The tetrahedra with one of the edges (n, 2), lower vertex first."""
+    if not len(edges):
+        return tetrahedra[:0]
+    size = int(tetrahedra.max()) + 1
+    corners = np.sort(tetrahedra, axis=1)
+    names = [corners[:, i] * size + corners[:, j] for j in range(4) for i in range(j)]
+    return tetrahedra[np.isin(np.column_stack(names), edges @ np.array([size, 1])).any(axis=1)]
 
 
 def _turning(

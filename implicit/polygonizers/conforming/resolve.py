@@ -34,8 +34,9 @@ _BEYOND = 1.5
 
 
 def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
-    """The isolated singular points (n, 3) in the bounds or close to them."""
-    return _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
+    """The isolated singular points (n, 3) in the bounds or close to them, each once."""
+    points = _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
+    return points[_distinct(local.grid.to_units(points))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,8 @@ def _others(local: Local, locus: SingularLocus, points: FloatArray) -> tuple[Flo
     on_curves = _near(local, np.concatenate([none, *(curve.special for curve in locus.curves)]))
     nodes = np.concatenate([none, *(_near(local, curve.polyline) for curve in locus.curves)])
     to_units = local.grid.to_units
-    return _distinct(to_units(np.concatenate([points, on_curves]))), to_units(nodes)
+    special = to_units(np.concatenate([points, on_curves]))
+    return special[_distinct(special)], to_units(nodes)
 
 
 def _gap(block: Block, units: FloatArray) -> float:
@@ -124,7 +126,7 @@ def _near(local: Local, points: FloatArray) -> FloatArray:
     return points[local.heights(local.grid.to_units(points)) < 2] if len(points) else points
 
 
-def _distinct(points: FloatArray) -> FloatArray:
-    """The points without those that repeat an earlier one."""
+def _distinct(points: FloatArray) -> NDArray[np.bool_]:
+    """Which points (n, 3) do not repeat an earlier one."""
     far = np.linalg.norm(points[:, None] - points, axis=2) > 1e-6
-    return points[[row for row in range(len(points)) if far[row, :row].all()]]
+    return np.array([far[row, :row].all() for row in range(len(points))], bool)

@@ -1,27 +1,27 @@
 """Where a surface crosses a small circle, and where to put vertices on it so that every sector has its own.
 
 A circle round a point m of a singular curve, in the plane across the curve, meets the surface in as many points as
-sheets meet there, once it is small enough. Thin sectors are found by zooming in where |f| is least without a change of
-sign; the vertices stand beside each crossing, as near as the sector on its other side is wide.
+sheets meet there, once it is small enough. They are counted on the sides of a polygon, where it is proved that none is
+missed, however thin a sector is; the vertices stand beside each crossing, as near as the sector on its other side is
+wide.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.polygonizers.conforming.enclose import changes
 from implicit.polygonizers.conforming.local import Local, unit_rows
+from implicit.polygonizers.conforming.sheets import find_roots
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SAMPLES = 192
-_ZOOMS = 4
+_SIDES = 12
+"""Of the regular polygon that stands for a circle."""
 _SCALES = (1.0, 0.5, 0.25, 1 / 16, 1 / 64)
 """A ring is stable when it is crossed equally often at these shares of its radius."""
-_SHARES = np.arange(17) / 16
-"""Where there are samples in a zoom."""
 _GAP = 0.8
 """The largest angle between vertices."""
 
@@ -65,86 +65,48 @@ class _Many:
         center, u, v = (np.array([getattr(c, name) for c in circles]).reshape(-1, 3) for name in ("center", "u", "v"))
         return cls(circles, center, u, v, np.array([circle.radius for circle in circles]))
 
-    def at(self, rows: IntArray, angles: FloatArray) -> FloatArray:
-        """The points (..., 3) at angles (...,) of circles (...,), all in space or all on one sphere."""
-        cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
-        across = cosine * self.u[rows] + sine * self.v[rows]
-        points = self.center[rows] + self.radius[rows][..., None] * across
-        sphere = self.circles[0].sphere
-        return np.asarray(points if sphere is None else sphere[0] + sphere[1] * unit_rows(points - sphere[0]))
+    @property
+    def sides(self) -> tuple[FloatArray, FloatArray]:
+        """The ends (n sides, 3) of the sides of regular polygons; all in space or all on one sphere."""
+        turn = 2 * np.pi * np.arange(_SIDES) / _SIDES + 0.0123
+        across = np.cos(turn)[:, None] * self.u[:, None] + np.sin(turn)[:, None] * self.v[:, None]
+        points = self.center[:, None] + self.radius[:, None, None] * across
+        sphere = self.circles[0].sphere if self.circles else None
+        if sphere is not None:
+            points = sphere[0] + sphere[1] * unit_rows(points - sphere[0])
+        return points.reshape(-1, 3), np.roll(points, -1, axis=1).reshape(-1, 3)
+
+    def angles(self, rows: IntArray, points: FloatArray) -> FloatArray:
+        """The angles (k,) in [0, 2 pi) at which circles (k,) of these see points (k, 3)."""
+        way = points - self.center[rows]
+        x, y = (np.einsum("ij,ij->i", way, axis[rows]) for axis in (self.u, self.v))
+        return np.asarray(np.arctan2(y, x) % (2 * np.pi))
 
 
 def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
-    """For each circle the angles (n,) in [0, 2 pi) where f changes sign on it, ascending."""
+    """For each circle the angles (n,) in [0, 2 pi) where f changes sign on its polygon, ascending."""
     if not circles:
         return []
     many = _Many.of(circles)
-    owner, low, high, inside = (np.concatenate(part) for part in zip(*_changes(local, many), strict=True))
-    found = bisect(lambda angles: (local.values(many.at(owner, angles)) < 0) == inside, low, high) % (2 * np.pi)
-    order = np.lexsort((found, owner))
-    return np.split(found[order], np.cumsum(np.bincount(owner, minlength=len(circles)))[:-1])
+    a, b = many.sides
+    found = changes(local, a, b)
+    unsure = np.flatnonzero(~found.sure)  # two changes, one at each end
+    side = np.concatenate([found.owner[found.sure], found.owner[unsure], found.owner[unsure]])
+    low, high = (part[found.sure, None] for part in (found.low, found.high))
+    way = b[side] - a[side]
+    sure = slice(0, len(low))
+    roots = find_roots(local, a[side][sure] + low * way[sure], a[side][sure] + high * way[sure])
+    shares = np.concatenate([found.low[unsure], found.high[unsure]])[:, None]
+    places = np.concatenate([roots, a[side][len(low) :] + shares * way[len(low) :]])
+    owner = side // _SIDES
+    angles = many.angles(owner, places)
+    order = np.lexsort((angles, owner))
+    return np.split(angles[order], np.cumsum(np.bincount(owner, minlength=len(circles)))[:-1])
 
 
 def counts(local: Local, circles: list[Circle]) -> IntArray:
-    """How often (n,) circles are crossed."""
-    many = _Many.of(circles)
-    return np.bincount(np.concatenate([part[0] for part in _changes(local, many)]), minlength=len(circles))
-
-
-_Changes = tuple[IntArray, FloatArray, FloatArray, NDArray[np.bool_]]
-
-
-def _changes(local: Local, many: _Many) -> list[_Changes]:
-    """Where f changes sign: the number of the circle, angles before and after, whether f < 0 before.
-
-    Where two crossings may hide between samples, there are more of these, in a zoom of a few steps.
-    """
-    count = len(many.circles)
-    angles = np.tile(2 * np.pi * np.arange(_SAMPLES + 2) / _SAMPLES + 0.0123, (count, 1))
-    owner = np.arange(count)
-    values = local.values(many.at(owner[:, None], angles[0, :-2]))
-    values = np.concatenate([values, values[:, :2]], axis=1)
-    most = np.abs(values).max(axis=1)
-    result = [_signs(owner, angles[:, :-1], values[:, :-1])]
-    added = np.zeros(count, np.int64)
-    for _ in range(_ZOOMS):
-        row, k = _hidden(values, most[owner])
-        fine = added[owner[row]] <= 4 * _SAMPLES
-        row, k = row[fine], k[fine]
-        if not len(row):
-            break
-        owner, low, high = owner[row], angles[row, k], angles[row, k + 2]
-        ends = values[row, k], values[row, k + 2]
-        angles = low[:, None] + (high - low)[:, None] * _SHARES
-        values = np.column_stack([ends[0], local.values(many.at(owner[:, None], angles[:, 1:-1])), ends[1]])
-        result.append(_signs(owner, angles, values))
-        added += (len(_SHARES) - 2) * np.bincount(owner, minlength=count)
-    return result
-
-
-def _signs(owner: IntArray, angles: FloatArray, values: FloatArray) -> _Changes:
-    inside = values < 0
-    row, k = np.nonzero(inside[:, 1:] != inside[:, :-1])
-    return owner[row], angles[row, k], angles[row, k + 1], inside[row, k]
-
-
-def bisect(same: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where `same`, true at `low` and false at `high`, changes."""
-    for _ in range(36 if len(low) else 0):
-        middle = (low + high) / 2
-        below = same(middle)
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return low
-
-
-def _hidden(values: FloatArray, most: FloatArray) -> tuple[IntArray, IntArray]:
-    """Rows of values (n, k), and places in them before the least |f| of one sign, if low enough to hide two zeros."""
-    size, inside = np.abs(values), values < 0
-    behind, here, ahead = size[:, :-2], size[:, 1:-1], size[:, 2:]
-    least = (here <= ahead) & (here <= behind)
-    least &= (inside[:, 1:-1] == inside[:, 2:]) & (inside[:, 1:-1] == inside[:, :-2])
-    row, place = np.nonzero(least & (here < 0.5 * np.minimum(ahead, behind) + 0.02 * most[:, None]))
-    return np.asarray(row, np.int64), np.asarray(place, np.int64)
+    """How often (n,) the polygons of circles are crossed."""
+    return changes(local, *_Many.of(circles).sides).counts.reshape(-1, _SIDES).sum(axis=1)
 
 
 def stable(local: Local, circles: list[Circle], least: float) -> tuple[list[Circle | None], IntArray]:

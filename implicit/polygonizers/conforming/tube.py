@@ -22,6 +22,8 @@ IntArray = NDArray[np.int64]
 _WIDEST = 0.6
 _SLOPE = 0.4
 _THINNEST = 1e-4
+_MOST, _MOST_PER_CELL = 40, 8
+"""An arc may have so many stations, and so many more for each cell of its length; if that is too few it is refused."""
 _COINCIDENT = 1e-9
 """Stations so near to the one before are left out. There are some only where the arc is not on the singular set."""
 
@@ -69,7 +71,11 @@ def find_tube(
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
     h = _sizes(number, arcs, balls, q, s, start, end, limits)
     h, settled = _stable_sizes(local, arc, t, s, h, start is not None, end is not None)
-    pace = np.append(0.0, np.cumsum(np.diff(s) * 0.5 * (1 / h[1:] + 1 / h[:-1])))
+    pace = _pace(s, h)
+    if pace[-1] > _MOST + _MOST_PER_CELL * s[-1]:
+        settled = False
+        h = np.maximum(h, 1 / _MOST_PER_CELL)
+        pace = _pace(s, h)
     chosen = _stations(pace, np.interp(walls[(walls > first) & (walls < last)], t, pace), arc.closed)
     parameters, sizes = np.interp(chosen, pace, t), np.interp(chosen, pace, h)
     stations = arc.places(parameters)
@@ -91,6 +97,11 @@ def _end_of(number: int, side: int, balls: list[Ball]) -> tuple[int, int] | None
             if leave.arc == number and leave.side == side:
                 return row, place
     return None
+
+
+def _pace(s: FloatArray, h: FloatArray) -> FloatArray:
+    """The integral (n,) of 1 / h along lengths s (n,)."""
+    return np.append(0.0, np.cumsum(np.diff(s) * 0.5 * (1 / h[1:] + 1 / h[:-1])))
 
 
 def _stations(pace: FloatArray, walls: FloatArray, closed: bool) -> FloatArray:
