@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.block import Put
 from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.local import among
 from implicit.polygonizers.conforming.refine import Patch
 
 FloatArray = NDArray[np.float64]
@@ -26,14 +27,14 @@ def join_patch(
     same = patch.names[:, 0] == patch.names[:, 1]
     number[same] = special[patch.names[same, 0]]
     shared = np.flatnonzero(_on_rim(patch))
-    places = _rim_places(grid, vertices, np.unique(faces[inside]))
-    missing = 0
-    for row in shared.tolist():
-        key = _edge_key(patch.region.nodes[patch.names[row]])
-        if key in places:
-            number[row] = places[key]
-        else:
-            missing += 1
+    rows = np.unique(faces[inside])
+    keys = _edge_keys(grid, *_lattice_edges(grid.to_units(vertices[rows])))
+    order = np.argsort(keys)
+    ends = patch.region.nodes[patch.names[shared]]
+    wanted = _edge_keys(grid, ends.min(axis=1), np.argmax(np.abs(ends[:, 1] - ends[:, 0]), axis=1))
+    known = among(wanted, keys[order])
+    number[shared[known]] = rows[order[np.searchsorted(keys[order], wanted[known])]]
+    missing = int((~known).sum())
     return (inside, number[patch.faces]), grid.to_points(np.concatenate([on, patch.places])), missing
 
 
@@ -50,17 +51,16 @@ def _on_rim(patch: Patch) -> NDArray[np.bool_]:
     return result
 
 
-def _edge_key(ends: IntArray) -> tuple[int, int, int, int]:
-    low = ends.min(axis=0)
-    return int(low[0]), int(low[1]), int(low[2]), int(np.argmax(np.abs(ends[1] - ends[0])))
+def _edge_keys(grid: Grid, low: IntArray, axis: IntArray) -> IntArray:
+    """Numbers for lattice edges that begin at nodes `low` (n, 3) along axes (n,)."""
+    return np.asarray(3 * np.ravel_multi_index(tuple(low.T), tuple(grid.cells + 1)) + axis)
 
 
-def _rim_places(grid: Grid, vertices: FloatArray, rows: IntArray) -> dict[tuple[int, int, int, int], int]:
-    """The vertices of the sweep by the lattice edge they lie on."""
-    units = grid.to_units(vertices[rows])
+def _lattice_edges(units: FloatArray) -> tuple[IntArray, IntArray]:
+    """The lattice edges on which places (n, 3) lie: where they begin, and their axes."""
     nearest = np.rint(units)
     axis = np.argmax(np.abs(units - nearest), axis=1)
     low = nearest.astype(np.int64)
-    k = np.arange(len(rows))
+    k = np.arange(len(units))
     low[k, axis] = np.floor(units[k, axis])
-    return {(a, b, c, d): r for (a, b, c), d, r in zip(low.tolist(), axis.tolist(), rows.tolist(), strict=True)}
+    return low, axis

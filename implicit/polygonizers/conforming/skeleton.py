@@ -12,6 +12,9 @@ from implicit.polygonizers.conforming.tube import Tube
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_OFF_SPHERE = 1e-6
+"""Vertices round a ball are moved by so much of its radius: many places on one sphere make Delaunay's work long."""
+
 
 @dataclass(eq=False)
 class Skeleton:
@@ -87,7 +90,8 @@ def build_skeleton(balls: list[Ball], tubes: list[Tube], rng: np.random.Generato
             sheets.append(int(ball.link.sheets[place]))
             arc.append(leave.arc)
             on.append(leave.place)
-        around.append(ball.center + ball.radius * ball.link.directions[len(ball.exits) :])
+        shell = ball.radius * ball.link.directions[len(ball.exits) :]
+        around.append(ball.center + shell * (1 + _OFF_SPHERE * rng.uniform(-1, 1, (len(shell), 1))))
         cleared.append(np.append(ball.center, ball.radius + 0.35)[None])
     for tube in tubes:
         ids = _number_stations(tube, exits, on)
