@@ -110,7 +110,7 @@ def pairs_of(simplices: IntArray) -> IntArray:
     return np.column_stack([keys // size, keys % size])
 
 
-def distinct(keys: IntArray) -> IntArray:
+def distinct(keys: NDArray[Any]) -> NDArray[Any]:
     """The different keys, ascending. Where most of them differ this is several times as fast as numpy's `unique`."""
     ordered = np.sort(keys, axis=None)
     return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.enclose import changes
-from implicit.polygonizers.conforming.local import Local, among, merged, pairs_of, unit_rows
+from implicit.polygonizers.conforming.local import Local, among, distinct, merged, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
 from implicit.polygonizers.conforming.skeleton import Skeleton, thin
@@ -70,7 +70,7 @@ def mesh_region(
     seen, dead, kept = _Seen(), np.zeros(0, bool), np.zeros((0, 3))
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
-        region = _region(held, _touched(skeleton, new), size)
+        region = _region(held, kept if turn else _touched(skeleton, new), size)
         if turn and region is held:
             dead = dead | dead_vertices(region, skeleton.cleared[:0], kept)
         else:
@@ -158,8 +158,8 @@ class _Waits:
 
 @dataclass(eq=False)
 class _Seen:
-    """What need not be looked at again, or must be, named by its ends: edges that are right, tetrahedra with an edge
-    that is not or with a finger of the other sign, and those whose triangles are right.
+    """What need not be looked at again, or must be, by names: edges that are right, corners of tetrahedra with an edge
+    that is not or with a finger of the other sign, and tetrahedra whose triangles are right.
     """
 
     edges: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -167,8 +167,8 @@ class _Seen:
     right: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
-        """The tetrahedra in which there was a finger."""
-        return tetrahedra[np.isin(_names(places, tetrahedra), self.hit)] if len(self.hit) else tetrahedra[:0]
+        """The tetrahedra that have all their corners at such places."""
+        return tetrahedra[among(places @ _WAY, self.hit)[tetrahedra].all(axis=1)] if len(self.hit) else tetrahedra[:0]
 
 
 def _names(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
@@ -199,7 +199,8 @@ def _unseen(
     hit = other.any(axis=1)
     finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    seen.hit = np.concatenate([_names(places, same[hit]), _names(places, _with_edges(looked, edges[twice]))])
+    corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
+    seen.hit = distinct(places[corners.ravel()] @ _WAY)
     return np.concatenate([found, finger]), np.concatenate([spacing, length])
 
 
