@@ -15,7 +15,8 @@ from implicit.polygonizers.conforming.skeleton import Skeleton, thin
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ROUNDS = 30
+_ROUNDS, _LAST, _FEW = 30, 60, 50
+"""So many rounds of refinement; more, up to the last, while few places are left, as along thin horns."""
 _REACH = 2
 """The region reaches so many cells beyond the cells with new vertices."""
 _SHARES = np.linspace(0, 1, 9)[1:-1]
@@ -63,14 +64,16 @@ def mesh_region(
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
     tested = np.zeros(0)
-    for turn in range(_ROUNDS + 1):
+    wrong = np.zeros((0, 3))
+    for turn in range(_LAST + 1):
         new = np.concatenate([skeleton.on, around])
         region = held = _region(held, _touched(skeleton, new), size)
         dead = dead_vertices(region, skeleton.cleared, new)
         stay, fresh, fits = cavity.fill(region, dead, new)
         places = np.concatenate([region.places, new])
         signs = _signs(local, region, skeleton, places)
-        if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
+        enough = turn == _LAST or (turn >= _ROUNDS and len(wrong) > _FEW)
+        if enough or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
         act = stay[np.ptp(signs[stay], axis=1) > 0] if turn == 0 else stay[:0]
         wrong, spacing, tested = _unseen(local, places, signs, np.concatenate([act, fresh]), fresh, tested)
