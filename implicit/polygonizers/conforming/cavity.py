@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
-from implicit.polygonizers.conforming.local import among
+from implicit.polygonizers.conforming.local import among, at_all, at_some
 from implicit.polygonizers.conforming.region import Region, cells_round
 
 FloatArray = NDArray[np.float64]
@@ -128,7 +128,7 @@ def _inside(parts: list[tuple[IntArray, IntArray, IntArray]], names: IntArray, r
     graph = coo_array((np.ones(len(start), bool), (start, beyond[start, face])), shape=(len(tets),) * 2)
     label = connected_components(graph, directed=False)[1]
     chosen = np.zeros(len(tets), bool)
-    chosen[label[(tets >= first).any(axis=1)]] = True
+    chosen[label[tets.max(axis=1) >= first]] = True
     return np.asarray(tets[chosen[label]])
 
 
@@ -166,11 +166,10 @@ def _touched(
     near = np.zeros(len(places), bool)
     beside = region.numbers(cells_round(new, 1, region.size))
     near[beside[beside >= 0]] = True
-    close = np.flatnonzero(near[last.stay[:, :2]].all(axis=1))
+    close = np.flatnonzero(at_all(near, last.stay[:, :2]))
     gone = np.zeros(len(places), bool)
     gone[: len(dead)] = dead & ~last.dead
-    old: NDArray[np.bool_] = np.asarray(gone[last.stay].any(axis=1))
-    changed: NDArray[np.bool_] = np.asarray(gone[last.fresh].any(axis=1))
+    old, changed = at_some(gone, last.stay), at_some(gone, last.fresh)
     tree = cKDTree(new)
     center, radius = circumspheres(places[last.stay[close]])
     old[close] |= tree.query(center)[0] < radius * (1 - 1e-9)

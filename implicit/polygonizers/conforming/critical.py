@@ -34,12 +34,16 @@ def critical_radius(local: Local, point: FloatArray, reach: float, singular: Flo
         x = x[tree.query(x)[0] > _NEAR * reach]
     if not len(x):
         return np.inf
-    home = x
+    home, length, rows = x.copy(), np.full(len(x), np.inf), np.arange(len(x))
     for _ in range(_STEPS):
-        step = _step(local, point, x)
-        length = np.linalg.norm(step, axis=1)
-        x = x - step * np.minimum(1, 0.3 * reach / np.maximum(length, 1e-300))[:, None]
-        x = np.where((np.linalg.norm(x - point, axis=1) > 3 * reach)[:, None], home, x)
+        step = _step(local, point, x[rows])
+        length[rows] = np.linalg.norm(step, axis=1)
+        x[rows] -= step * np.minimum(1, 0.3 * reach / np.maximum(length[rows], 1e-300))[:, None]
+        astray = np.linalg.norm(x - point, axis=1) > 3 * reach
+        x[astray] = home[astray]
+        rows = np.flatnonzero(length > 1e-9 * reach)
+        if not len(rows):
+            break
     offset = x - point
     distance = np.linalg.norm(offset, axis=1)
     value, slope = local.gradients(x)

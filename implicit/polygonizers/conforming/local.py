@@ -116,6 +116,16 @@ def distinct(keys: NDArray[Any]) -> NDArray[Any]:
     return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered
 
 
+def at_some(mask: NDArray[np.bool_], simplices: IntArray) -> NDArray[np.bool_]:
+    """Which simplices (n, k) have a corner in the mask: several times as fast as `any` over short rows."""
+    return np.asarray(np.logical_or.reduce([mask[corner] for corner in simplices.T]))
+
+
+def at_all(mask: NDArray[np.bool_], simplices: IntArray) -> NDArray[np.bool_]:
+    """Which simplices (n, k) have all their corners in the mask."""
+    return np.asarray(np.logical_and.reduce([mask[corner] for corner in simplices.T]))
+
+
 def among(keys: NDArray[Any], known: NDArray[Any]) -> NDArray[np.bool_]:
     """Which keys are among known ones, which ascend."""
     if not len(known):

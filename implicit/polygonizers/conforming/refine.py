@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.enclose import changes
-from implicit.polygonizers.conforming.local import Local, among, distinct, merged, pairs_of, unit_rows
+from implicit.polygonizers.conforming.local import Local, among, at_all, distinct, merged, pairs_of, unit_rows
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
 from implicit.polygonizers.conforming.skeleton import Skeleton, thin
@@ -168,7 +168,7 @@ class _Seen:
 
     def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
         """The tetrahedra that have all their corners at such places."""
-        return tetrahedra[among(places @ _WAY, self.hit)[tetrahedra].all(axis=1)] if len(self.hit) else tetrahedra[:0]
+        return tetrahedra[at_all(among(places @ _WAY, self.hit), tetrahedra)] if len(self.hit) else tetrahedra[:0]
 
 
 def _names(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
@@ -183,7 +183,7 @@ def _unseen(
     """
     looked = np.concatenate([active, fresh])
     edges = pairs_of(looked)
-    edges = edges[(signs[edges] != 0).all(axis=1)]
+    edges = edges[at_all(signs != 0, edges)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     keys = (a @ _WAY) * (b @ _WAY)
     left = ~among(keys, seen.edges)
@@ -193,7 +193,7 @@ def _unseen(
     seen.edges = merged(seen.edges, keys[left][~twice])
     found = a[twice] + crossed.beyond[twice, None] * (b - a)[twice]
     spacing = np.linalg.norm((b - a)[twice], axis=1)
-    same = fresh[np.abs(signs[fresh].sum(axis=1)) == 4]
+    same = fresh[at_all(signs < 0, fresh) | at_all(signs > 0, fresh)]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
     other = local.signs(samples) != signs[same[:, :1]]
     hit = other.any(axis=1)
@@ -239,7 +239,7 @@ def _turning(
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
     wrong = np.zeros(len(places), bool)
     wrong[named[bad]] = True
-    seen.right = merged(seen.right, keys[~wrong[tets].all(axis=1)])
+    seen.right = merged(seen.right, keys[~at_all(wrong, tets)])
     return corners[bad].mean(axis=1), size[bad]
 
 

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.local import Local, at_some
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -28,8 +28,7 @@ _PYRAMID = ((1, 2, 3, 4), (2, 1, 0), (3, 2, 0), (4, 3, 0), (1, 4, 0))
 
 def met(signs: IntArray, tetrahedra: IntArray) -> NDArray[np.bool_]:
     """Which tetrahedra have a vertex inside and one outside."""
-    corners = signs[tetrahedra.T]
-    return np.logical_or.reduce(corners < 0) & np.logical_or.reduce(corners > 0)
+    return at_some(signs < 0, tetrahedra) & at_some(signs > 0, tetrahedra)
 
 
 def in_tetrahedra(places: FloatArray, signs: IntArray, tetrahedra: IntArray) -> IntArray:
