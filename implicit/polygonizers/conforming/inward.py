@@ -61,10 +61,11 @@ def refine_inwards(local: Local, mesh: Mesh, special: IntArray, fixed: Flags) ->
             np.concatenate(pair) for pair in ((vertices, halves), (normals, unit(local.field.gradients(halves)[1])))
         )
         fixed, stuck, active = (np.append(mask, np.zeros(len(spokes), bool)) for mask in (fixed, stuck, active & bent))
-        turned: Flags = np.ones(1, bool)
-        while turned.any():
+        while True:
             parts = _split(fans, np.where(good[ends], first + ends, fans[:, 1:]))
-            turned = np.asarray(_turned(vertices, normals, fixed, parts).any(axis=1))
+            turned = _turned(vertices, normals, fixed, parts).any(axis=1)
+            if not good[ends[turned]].any():  # what is left was so before
+                break
             good[ends[turned]] = False
         stuck[spokes[~good[:-1], 1]] = True
         split = parts.reshape(-1, 3)
