@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from implicit import Mesh, Surface
-from implicit.domain import to_bounds
 from implicit.polygonizers.conforming import conforming
-from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.inward import _LEVELS, refine_inwards
-from implicit.polygonizers.conforming.local import Local
 from tests.singular_cases import topology
 
 CURVED = ["x^2 + y^2 = z^3", "x^2 + y^2 = z^4", "x^2 + y^2*z - z^3", "x^2 + y^2 = z^2 + z^3"]
@@ -61,13 +58,16 @@ def test_cones_that_share_a_face_stay_as_they_are():
     assert all(np.array_equal(one, other) for one, other in zip(refined, mesh, strict=True))
 
 
-def test_a_face_that_is_turned_from_the_start_ends_nothing():
+def test_faces_that_are_turned_from_the_start_do_not_keep_the_search_going():
     """Only faces that halving would turn give up their spokes; those that faced away before stay as they are."""
-    surface = Surface("x^2 + y^2 = z^2 + z^3")
-    mesh = conforming(surface, 0.8, 16)
-    local = Local(surface.field, Grid.over(to_bounds(0.8), 16, 7), ())
-    fixed = np.zeros(len(mesh.vertices), bool)
-    fixed[mesh.points] = True
-    normals = np.where(np.arange(len(fixed))[:, None] % 3 == 0, -mesh.normals, mesh.normals)
-    refined = refine_inwards(local, (np.array(mesh.vertices), normals, np.array(mesh.faces)), mesh.points, fixed)
-    assert len(refined[2]) >= len(mesh.faces)
+    surface = Surface("x^2 + y^2 = z^3")
+    place = "implicit.polygonizers.conforming.assemble.refine_inwards"
+    taken = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(place, lambda *arguments: taken.append(arguments) or arguments[1])
+        conforming(surface, 0.8, 32)
+    local, (vertices, normals, faces), special, fixed = taken[0]
+    rim = next(int(v) for face in faces.tolist() if special[0] in face for v in face if v != special[0])
+    normals[rim] *= -1
+    refined = refine_inwards(local, (vertices, normals, faces), special, fixed)
+    assert len(refined[2]) > len(faces)
