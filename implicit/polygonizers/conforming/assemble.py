@@ -138,7 +138,7 @@ def conforming(
     searched for singular points, and what is left of them is listed too. It is empty when there is nothing of the
     kind. Not promised: the topology elsewhere, which is seen by the lattice's signs and these tests alone.
 
-    Raises NotPolynomialError when the formula is no polynomial and no locus is given.
+    Of a formula that is no polynomial the whole of the bounds is listed, unless a locus is given.
 
     >>> from implicit import Surface
     >>> mesh = conforming(Surface("x^2 + y^2 = z^2"), 1, 16)
