@@ -26,8 +26,11 @@ def power_tensor(exponents: NDArray[np.int64], coefficients: Floats) -> Floats:
 
 
 @cache
-def _weights(degree: int) -> Floats:
-    """Entry (k, i, j) is C(k, j) C(n - k, i - j) / C(n, i): how b^j a^(i - j) enters coefficient k from x^i."""
+def polar_weights(degree: int) -> Floats:
+    """Entry (k, i, j) is C(k, j) C(n - k, i - j) / C(n, i): how b^j a^(i - j) enters coefficient k from x^i.
+
+    It is the share of the products with j ends b among those of i ends out of k ends b and n - k ends a.
+    """
     n = degree
     table = np.zeros((n + 1, n + 1, n + 1))
     for k in range(n + 1):
@@ -43,7 +46,7 @@ def interval_matrices(low: Floats, high: Floats, degree: int) -> Floats:
     a, b = low[:, None] ** powers, high[:, None] ** powers
     difference = np.subtract.outer(powers, powers).clip(0)
     mixed = a[:, difference] * b[:, None, :]
-    return np.einsum("kij,nij->nki", _weights(degree), mixed, optimize=True)
+    return np.einsum("kij,nij->nki", polar_weights(degree), mixed, optimize=True)
 
 
 def contract(tensors: Floats, matrices: Floats, axis: int) -> Floats:

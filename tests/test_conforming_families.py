@@ -1,5 +1,7 @@
 """Random members of families: the mesh has the topology that theory gives, at default settings, and is not refused."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -29,28 +31,11 @@ def _check(member: Member) -> None:
         assert residual(member.surface, mesh) <= 1e-10 * member.bounds.radius
 
 
+@pytest.mark.parametrize("family", [cone_over_a_curve, between_roots, two_quadrics])
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(_SEEDS)
-def test_cones_over_plane_curves(seed: int) -> None:
-    member = cone_over_a_curve(np.random.default_rng(seed))
-    assume(member is not None)
-    assert member is not None
-    _check(member)
-
-
-@settings(max_examples=6, deadline=None, derandomize=True)
-@given(_SEEDS)
-def test_branches_that_meet_at_roots(seed: int) -> None:
-    member = between_roots(np.random.default_rng(seed))
-    assume(member is not None)
-    assert member is not None
-    _check(member)
-
-
-@settings(max_examples=6, deadline=None, derandomize=True)
-@given(_SEEDS)
-def test_quadrics_that_cross(seed: int) -> None:
-    member = two_quadrics(np.random.default_rng(seed))
+def test_random_members_are_what_theory_says(family: Callable[[np.random.Generator], Member | None], seed: int) -> None:
+    member = family(np.random.default_rng(seed))
     assume(member is not None)
     assert member is not None
     _check(member)

@@ -6,13 +6,13 @@ all coefficients have one sign by more than rounding can change, in them or in a
 """
 
 from functools import cache
-from math import comb
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from implicit.bernstein import polar_weights
 from implicit.polygonizers.lattice import CELLS, Lattice
 
 FloatArray = NDArray[np.float64]
@@ -23,19 +23,10 @@ _COARSE = 6
 
 
 @cache
-def _weights(degree: int) -> tuple[FloatArray, IntArray, IntArray]:
-    """Weights (i, m, s) and exponents (m, s) of the upper and of the lower end.
-
-    A weight is the share of the products with s upper ends among those of m ends out of i upper and degree - i lower.
-    """
-    n = degree + 1
-    weights = np.zeros((n, n, n))
-    for i in range(n):
-        for m in range(n):
-            for s in range(m + 1):
-                weights[i, m, s] = comb(i, s) * comb(degree - i, m - s) / comb(degree, m)
-    of_upper = np.tile(np.arange(n), (n, 1))
-    return weights, of_upper, np.maximum(of_upper.T - of_upper, 0)
+def _exponents(degree: int) -> tuple[IntArray, IntArray]:
+    """Exponents (m, s) of the upper and of the lower end in the products of m ends, s of them upper."""
+    of_upper = np.tile(np.arange(degree + 1), (degree + 1, 1))
+    return of_upper, np.maximum(of_upper.T - of_upper, 0)
 
 
 def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArray:
@@ -44,11 +35,11 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     Row i, column m is the mean of the products of m out of i upper and degree - i lower ends: each is at most
     max(|lower|, |upper|)^m in size, and so is the rounding.
     """
-    weights, of_upper, of_lower = _weights(degree)
+    of_upper, of_lower = _exponents(degree)
     powers = np.arange(degree + 1)
     up, low = upper[:, None] ** powers, lower[:, None] ** powers
     # order="C": for arrays of another layout numba would compile the kernel anew
-    return np.einsum("ims,nms->nim", weights, up[:, of_upper] * low[:, of_lower], order="C")
+    return np.einsum("ims,nms->nim", polar_weights(degree), up[:, of_upper] * low[:, of_lower], order="C")
 
 
 @njit(cache=True, nogil=True)

@@ -72,10 +72,16 @@ def hidden(field: Field, grid: Grid, cells: IntArray) -> FloatArray:
             boxes = boxes[(bounds[:, 0] <= 0) & (bounds[:, 1] >= 0)]
         if depth == _DEPTH or not len(boxes) or len(boxes) > _MOST:
             break
-        for axis in range(3):
-            low, high = boxes.copy(), boxes.copy()
-            low[:, 1, axis] = high[:, 0, axis] = boxes[:, :, axis].mean(axis=1)
-            boxes = np.concatenate([low, high])
+        boxes = eighths(boxes)
+    return boxes
+
+
+def eighths(boxes: FloatArray) -> FloatArray:
+    """Boxes (n, 2, 3) halved along each axis."""
+    for axis in range(3):
+        low, high = boxes.copy(), boxes.copy()
+        low[:, 1, axis] = high[:, 0, axis] = boxes[:, :, axis].mean(axis=1)
+        boxes = np.concatenate([low, high])
     return boxes
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.evaluate import PolynomialField
+from implicit.polygonizers.conforming.check import eighths
 from implicit.polygonizers.conforming.local import Local
 
 FloatArray = NDArray[np.float64]
@@ -72,17 +73,8 @@ def _starts(local: Local, point: FloatArray, reach: float) -> FloatArray:
             boxes = boxes[(bounds[:, 0] <= 0) & (bounds[:, 1] >= 0)]
         if level == _MOST_HALVINGS or (level >= _HALVINGS and len(boxes) > _FEW):
             break
-        boxes = _halves(boxes)
+        boxes = eighths(boxes)
     return boxes.mean(axis=1)
-
-
-def _halves(boxes: FloatArray) -> FloatArray:
-    """Boxes (n, 2, 3) in eight parts each."""
-    for axis in range(3):
-        low, high = boxes.copy(), boxes.copy()
-        low[:, 1, axis] = high[:, 0, axis] = boxes[:, :, axis].mean(axis=1)
-        boxes = np.concatenate([low, high])
-    return boxes
 
 
 def _tests(local: Local, point: FloatArray) -> list[PolynomialField]:

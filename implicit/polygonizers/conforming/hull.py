@@ -1,13 +1,13 @@
 """Bernstein bounds of the polynomials q(t, u, v) on the faces of a block, and of their derivatives along the faces."""
 
 from dataclasses import dataclass
-from functools import cache
-from math import comb
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from implicit.bernstein import polar_weights
 
 FloatArray = NDArray[np.float64]
 
@@ -40,20 +40,9 @@ class Hull:
         result = np.empty((len(boxes), 6))
         shape = self.coefficients.shape[1:]
         error = 32 * (sum(shape) + 16) * float(np.finfo(float).eps)
-        weights = (_weights(n - 1) for n in shape)
+        weights = (polar_weights(n - 1) for n in shape)
         _find_ranges(self.coefficients, self.sizes, np.ascontiguousarray(boxes), *weights, error, result)
         return result
-
-
-@cache
-def _weights(degree: int) -> FloatArray:
-    """(i, m, s): the share of the products with s upper ends among those of m ends out of i upper, degree - i lower."""
-    result = np.zeros((degree + 1,) * 3)
-    for i in range(degree + 1):
-        for m in range(degree + 1):
-            for s in range(m + 1):
-                result[i, m, s] = comb(i, s) * comb(degree - i, m - s) / comb(degree, m)
-    return result
 
 
 @njit(cache=True, nogil=True)

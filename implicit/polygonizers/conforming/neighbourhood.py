@@ -11,7 +11,7 @@ from implicit.polygonizers.conforming.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.ball import Ball, find_ball
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.refine import Patch, mesh_region
-from implicit.polygonizers.conforming.repeats import apart, beside_arcs, without_repeats
+from implicit.polygonizers.conforming.repeats import CLOSE, apart, beside_arcs, without_repeats
 from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
 from implicit.polygonizers.conforming.tube import find_tube
 
@@ -57,7 +57,7 @@ def find_frame(
     rng: np.random.Generator,
 ) -> Frame:
     """The arcs and balls of special points (k, 3) and curves; curves go on `beyond` cells past the walls."""
-    alone = apart(special)
+    alone = apart(special, CLOSE)
     points = special[alone]
     arcs, repeated = without_repeats(find_arcs(local, polylines, points, beyond))
     doubtful = [*special[~alone], *repeated]

@@ -9,20 +9,20 @@ from implicit.polygonizers.conforming.arc import Arc
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_CLOSE = 0.01
+CLOSE = 0.01
 """Places less than so many cells apart are not told apart."""
-_SAME = 1e-6
+SAME = 1e-6
 """Places less than so many cells apart are the same."""
 _LONGEST = 1.0
 """Over so many cells arcs may be close, as they are where they leave a special point side by side."""
 
 
-def apart(points: FloatArray) -> Mask:
-    """Which points (n, 3) are not close to an earlier one that is."""
+def apart(points: FloatArray, least: float) -> Mask:
+    """Which points (n, 3) are at least so far from all earlier ones that are."""
     result = np.ones(len(points), bool)
     for row, point in enumerate(points):
         earlier = points[:row][result[:row]]
-        result[row] = (np.linalg.norm(earlier - point, axis=1) > _CLOSE).all()
+        result[row] = (np.linalg.norm(earlier - point, axis=1) > least).all()
     return result
 
 
@@ -59,7 +59,7 @@ def _close(points: FloatArray, arc: Arc) -> Mask:
         start, way = arc.nodes[row], arc.nodes[row + 1] - arc.nodes[row]
         share = np.einsum("ij,ij->i", points - start, way) / np.einsum("ij,ij->i", way, way)
         foot = start + share.clip(0, 1)[:, None] * way
-        result |= np.linalg.norm(points - foot, axis=1) < _CLOSE
+        result |= np.linalg.norm(points - foot, axis=1) < CLOSE
     return result
 
 
@@ -72,4 +72,4 @@ def _on(points: FloatArray, arc: Arc) -> Mask:
         length = np.linalg.norm(arc.nodes[row + 1] - arc.nodes[row], axis=1)
         t = t + np.einsum("ij,ij->i", rest, arc.tangents(t)) / length
         t = t % arc.last if arc.closed else t.clip(0, arc.last)
-    return np.asarray(np.linalg.norm(points - arc.places(t), axis=1) < _SAME)
+    return np.asarray(np.linalg.norm(points - arc.places(t), axis=1) < SAME)

@@ -14,6 +14,7 @@ from implicit.polygonizers.conforming.block import Block, find_blocks
 from implicit.polygonizers.conforming.check import hidden
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood, mesh_neighbourhood
+from implicit.polygonizers.conforming.repeats import SAME, apart
 
 if TYPE_CHECKING:
     from implicit.singular import SingularLocus
@@ -36,7 +37,7 @@ _BEYOND = 1.5
 def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
     """The isolated singular points (n, 3) in the bounds or close to them, each once."""
     points = _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
-    return points[_distinct(local.grid.to_units(points))]
+    return points[apart(local.grid.to_units(points), SAME)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +113,7 @@ def _others(local: Local, locus: SingularLocus, points: FloatArray) -> tuple[Flo
     nodes = np.concatenate([none, *(_near(local, curve.polyline) for curve in locus.curves)])
     to_units = local.grid.to_units
     special = to_units(np.concatenate([points, on_curves]))
-    return special[_distinct(special)], to_units(nodes)
+    return special[apart(special, SAME)], to_units(nodes)
 
 
 def _gap(block: Block, units: FloatArray) -> float:
@@ -124,9 +125,3 @@ def _gap(block: Block, units: FloatArray) -> float:
 def _near(local: Local, points: FloatArray) -> FloatArray:
     """The points less than two cells outside the bounds."""
     return points[local.heights(local.grid.to_units(points)) < 2] if len(points) else points
-
-
-def _distinct(points: FloatArray) -> NDArray[np.bool_]:
-    """Which points (n, 3) do not repeat an earlier one."""
-    far = np.linalg.norm(points[:, None] - points, axis=2) > 1e-6
-    return np.array([far[row, :row].all() for row in range(len(points))], bool)
