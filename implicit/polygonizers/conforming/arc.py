@@ -139,14 +139,12 @@ def find_arcs(local: Local, polylines: list[tuple[FloatArray, bool]], special: F
 
 def _dense(local: Local, line: FloatArray) -> FloatArray:
     """The polyline without repeated nodes, and with more on the curve between those that are far apart."""
-    parts = [line[:1]]
-    for a, b in pairwise(line):
-        count = int(np.ceil(np.linalg.norm(b - a) / _SPACING))
-        if count == 0:
-            continue
-        between = a + (b - a) * (np.arange(1, count) / count)[:, None]
-        if count > 1:
-            moved = project(local, between)
-            parts.append(moved[~np.isnan(moved[:, 0])])
-        parts.append(b[None])
-    return np.concatenate(parts)
+    a, way = line[:-1], np.diff(line, axis=0)
+    count = np.ceil(np.linalg.norm(way, axis=1) / _SPACING).astype(np.int64)
+    between = np.repeat(np.arange(len(count)), np.maximum(count - 1, 0))
+    share = (1 + np.arange(len(between)) - np.searchsorted(between, between)) / count[between]
+    moved = project(local, a[between] + share[:, None] * way[between])
+    found = ~np.isnan(moved[:, 0])
+    nodes = np.append(True, count > 0)
+    places = np.append(np.flatnonzero(nodes), (between + share)[found])
+    return np.concatenate([line[nodes], moved[found]])[np.argsort(places)]
