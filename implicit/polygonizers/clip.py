@@ -21,6 +21,8 @@ Trimesh = tuple[FloatArray, FloatArray, IntArray]
 
 _NEAR = 0.2
 """Vertices within this share of a cell of the sphere are moved onto it."""
+_ACROSS = 0.7
+"""Of a side whose height changes by more than this share of its length only one end is moved."""
 _ON = 1e-9
 """Fixed vertices within this share of a cell of the wall are on it."""
 
@@ -99,6 +101,7 @@ def cut_along(
         return vertices, normals, faces
     movable = np.abs(height) < _NEAR * rim.cell
     movable &= _crossing(height, faces)
+    movable[_behind(vertices, height, faces[movable[faces].sum(axis=1) > 1], movable)] = False
     on = np.zeros(len(vertices), bool)
     if fixed is not None:
         movable &= ~fixed
@@ -128,6 +131,14 @@ def _crossing(height: FloatArray, faces: IntArray) -> NDArray[np.bool_]:
     found = np.zeros(len(height), bool)
     found[mixed.ravel()] = True
     return found
+
+
+def _behind(vertices: FloatArray, height: FloatArray, faces: IntArray, movable: NDArray[np.bool_]) -> IntArray:
+    """The farther ends of the sides of faces across the wall whose ends are movable: both would come to one place."""
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    a, b = ends[movable[ends].all(axis=1)].T
+    across = np.abs(height[a] - height[b]) > _ACROSS * np.linalg.norm(vertices[a] - vertices[b], axis=1)
+    return np.where(np.abs(height[a]) > np.abs(height[b]), a, b)[across]
 
 
 def _cut(side: NDArray[np.int8], faces: IntArray, height: FloatArray) -> tuple[IntArray, IntArray]:

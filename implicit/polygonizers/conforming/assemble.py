@@ -31,6 +31,7 @@ from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.region import cells_round
 from implicit.polygonizers.conforming.resolve import Cells, can_be_tried, outside, plan, resolve
+from implicit.polygonizers.conforming.ribbon import Ragged, lay_ribbons
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
@@ -157,37 +158,54 @@ def conforming(
     sweep = _Sweep(grid, *weld(marched.vertices, marched.normals, marched.faces, marched.pinned))
     coarse = _coarse(sweep, local)
     first = plan(local, locus, coarse)
-    seeds, hood = first.seeds, None
-    for _ in range(_PASSES):
-        blocks, hood = resolve(local, locus, first, seeds, hood)
-        skipped = [block.holds for block in blocks] + ([hood.patch.region.holds] if hood else [])
-        fresh = outside(coarse, skipped)
-        if not len(fresh) or not can_be_tried(local, fresh):
+    seeds, hood, whole = first.seeds, None, frozenset[int]()
+    while True:
+        for _ in range(_PASSES):
+            blocks, hood = resolve(local, locus, first, seeds, hood, whole)
+            skipped = [block.holds for block in blocks] + ([hood.holds] if hood else [])
+            fresh = outside(coarse, skipped)
+            if not len(fresh) or not can_be_tried(local, fresh):
+                break
+            seeds = np.concatenate([seeds, fresh])
+        try:
+            draft = _draw(sweep, local, blocks, hood)
             break
-        seeds = np.concatenate([seeds, fresh])
-    draft = _draw(sweep, local, blocks, hood)
+        except Ragged as ragged:
+            whole, hood = whole | {ragged.arc}, None
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
     return _finish(draft, domain, local, skipped)
 
 
 def _draw(sweep: _Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | None) -> _Draft:
-    """The sweep with cones in the blocks and the patch of a neighbourhood in place of what is there."""
+    """The sweep with cones in the blocks, the patch of a neighbourhood in place of what is there, and its ribbons."""
     grid, first = sweep.grid, len(sweep.vertices)
-    cells = [block.cells for block in blocks] + ([hood.patch.region.cells] if hood else [])
-    near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
+    zone = hood.zones.cells(grid.cells) if hood else np.zeros((0, 3), np.int64)
+    cells = [block.cells for block in blocks] + ([hood.cells] if hood else [])
+    near = sweep.near(np.concatenate([zone, *cells]))
     part = sweep.faces[near]
     gone, cones = put_cones(sweep.vertices[part], part, grid, blocks, first)
     new, fresh, special = [np.array([b.point for b in blocks]).reshape(-1, 3)], [cones], first + np.arange(len(blocks))
-    curves, doubts = [], []
+    curves: list[IntArray] = []
+    numbers: list[IntArray] = []
+    doubts = []
     if hood:
         on, start = hood.skeleton.on, first + len(blocks)
-        (inside, patch), places, missing = join_patch(sweep.vertices, part, grid, hood.patch, on, start)
-        gone |= inside
-        new.append(places)
-        fresh.append(patch)
+        numbers, more = hood.threads(start)
+        places_in_doubt = hood.doubtful
+        if hood.patch:
+            (inside, patch), places, missing = join_patch(
+                sweep.vertices, part, grid, hood.patch, np.concatenate([on, more]), start
+            )
+            gone |= inside
+            new.append(places)
+            fresh.append(patch)
+            places_in_doubt = np.concatenate([places_in_doubt, on if missing else on[:0]])
+        else:
+            new.append(grid.to_points(more))
         special = np.concatenate([special, start + np.arange(len(hood.skeleton.balls))])
-        curves = [start + chain for chain in hood.skeleton.chains]
-        places_in_doubt = np.concatenate([hood.doubtful, on if missing else on[:0]])
+        for course, number in zip(hood.courses, numbers, strict=True):
+            ends = [[start + end[0]] if end else [] for end in (course.start, course.end)]
+            curves.append(np.array([*ends[0], *number, *ends[1]], np.int64))
         doubts = [boxes_round(grid.to_points(places_in_doubt), grid.step)]
     stay = np.ones(len(sweep.faces), bool)
     stay[near[gone]] = False
@@ -198,6 +216,10 @@ def _draw(sweep: _Sweep, local: Local, blocks: list[Block], hood: Neighbourhood 
     fixed[np.concatenate([special, *curves])] = True
     normals[fixed] = 0
     mesh = refine_inwards(local, (vertices, normals, np.concatenate(fresh)), special, fixed)
+    if hood and hood.zones.stretches:
+        stay[near] = False
+        old = part[~gone]
+        mesh = lay_ribbons(local, (mesh[0], mesh[1], np.concatenate([old, mesh[2]])), hood, numbers, fixed)
     return _Draft(mesh[0], mesh[1], np.concatenate([sweep.faces[stay], mesh[2]]), special, curves, doubts)
 
 

@@ -62,11 +62,11 @@ def refine_inwards(local: Local, mesh: Mesh, special: IntArray, fixed: Flags) ->
         )
         fixed, stuck, active = (np.append(mask, np.zeros(len(spokes), bool)) for mask in (fixed, stuck, active & bent))
         while True:
-            parts = _split(fans, np.where(good[ends], first + ends, fans[:, 1:]))
-            turned = _turned(vertices, normals, fixed, parts).any(axis=1)
-            if not good[ends[turned]].any():  # what is left was so before
+            parts = split_fans(fans, np.where(good[ends], first + ends, fans[:, 1:]))
+            bad = turned(vertices, normals, fixed, parts).any(axis=1)
+            if not good[ends[bad]].any():  # what is left was so before
                 break
-            good[ends[turned]] = False
+            good[ends[bad]] = False
         stuck[spokes[~good[:-1], 1]] = True
         split = parts.reshape(-1, 3)
         whole = (split[:, 0] != split[:, 1]) & (split[:, 1] != split[:, 2])
@@ -105,7 +105,7 @@ def _halfway(local: Local, spokes: FloatArray) -> tuple[FloatArray, FloatArray]:
     return local.grid.to_points(center + radius * out), np.where(length[:, 0] < _EXACT, shift, np.inf)
 
 
-def _split(fans: IntArray, halves: IntArray) -> IntArray:
+def split_fans(fans: IntArray, halves: IntArray) -> IntArray:
     """The three parts (k, 3, 3) of faces p, a, b with halves (k, 2) a', b'; two corners of a part are the same where
     a' is a or b' is b.
     """
@@ -114,11 +114,11 @@ def _split(fans: IntArray, halves: IntArray) -> IntArray:
     return np.stack([np.column_stack(part) for part in (inner, left, right)], axis=1)
 
 
-def _turned(vertices: FloatArray, normals: FloatArray, fixed: Flags, parts: IntArray) -> Flags:
-    """Which parts (k, 3, 3) face away from the normal at a corner that is not fixed, or have normals far apart."""
-    a, b, c = (vertices[parts[..., i]] for i in range(3))
-    across, ups, loose = np.cross(b - a, c - a), normals[parts], ~fixed[parts]
-    facing = np.einsum("kpi,kpji->kpj", across, ups)
-    apart = np.einsum("kpic,kpjc->kpij", ups, ups) < TURN
-    bad = ((facing <= 0) & loose).any(axis=2) | (apart & loose[..., None] & loose[..., None, :]).any(axis=(2, 3))
-    return np.asarray(bad & (parts[..., 0] != parts[..., 1]) & (parts[..., 1] != parts[..., 2]))
+def turned(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> Flags:
+    """Which faces (..., 3) look away from the normal at a corner that is not fixed, or have normals far apart."""
+    a, b, c = (vertices[faces[..., i]] for i in range(3))
+    across, ups, loose = np.cross(b - a, c - a), normals[faces], ~fixed[faces]
+    facing = np.einsum("...i,...ji->...j", across, ups)
+    apart = np.einsum("...ic,...jc->...ij", ups, ups) < TURN
+    bad = ((facing <= 0) & loose).any(axis=-1) | (apart & loose[..., None] & loose[..., None, :]).any(axis=(-2, -1))
+    return np.asarray(bad & (faces[..., 0] != faces[..., 1]) & (faces[..., 1] != faces[..., 2]))

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.polygonizers.cell import CORNERS
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.ball import Ball, find_ball
@@ -13,7 +14,10 @@ from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.refine import Patch, mesh_region
 from implicit.polygonizers.conforming.repeats import CLOSE, apart, beside_arcs, without_repeats
 from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
-from implicit.polygonizers.conforming.tube import find_tube
+from implicit.polygonizers.conforming.stations import Stations, find_stations
+from implicit.polygonizers.conforming.stretch import find_stretches
+from implicit.polygonizers.conforming.tube import Tube, surround
+from implicit.polygonizers.conforming.zone import Stretch, Zones
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,16 +41,51 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """A patch with its skeleton; doubtful (n, 3) places in lattice units, of the patch and of the skeleton.
+    """A patch of tetrahedra with its skeleton, and zones for ribbons; courses: the stations of all arcs.
 
-    limits: places (n, 4) where tubes had to be thinner, with their radius.
+    limits: places (n, 4) where tubes had to be thinner, with their radius. doubtful (n, 3): places in lattice units, of
+    the patch and of the skeleton. There is no patch where zones are enough.
     """
 
-    patch: Patch
+    patch: Patch | None
     skeleton: Skeleton
     frame: Frame
+    courses: list[Stations]
+    zones: Zones
     limits: list[FloatArray]
     doubtful: FloatArray
+
+    def holds(self, cells: IntArray) -> NDArray[np.bool_]:
+        """Which cells (n, 3) the patch or a zone takes in whole."""
+        corners = np.repeat(cells, 8, axis=0) + np.tile(np.array(CORNERS), (len(cells), 1))
+        deep = np.asarray((self.zones.depth(corners) > 0).reshape(-1, 8).all(axis=1))
+        return np.asarray(deep | self.patch.region.holds(cells)) if self.patch else deep
+
+    @property
+    def cells(self) -> IntArray:
+        """The cells (n, 3) of the patch."""
+        return self.patch.region.cells if self.patch else np.zeros((0, 3), np.int64)
+
+    def threads(self, first: int) -> tuple[list[IntArray], FloatArray]:
+        """The numbers of the stations of each course, where those of the skeleton begin at `first`; and the places of
+        those that come after the skeleton's.
+        """
+        more: list[FloatArray] = [np.zeros((0, 3))]
+        numbers = []
+        fresh = first + len(self.skeleton.on)
+        for course in self.courses:
+            number = np.full(len(course.places), -1)
+            for tube, stations in zip(self.skeleton.tubes, self.skeleton.stations, strict=True):
+                if tube.course is course:
+                    number[tube.first : tube.last + 1] = first + stations
+            last = len(number) - course.arc.closed
+            bare = np.flatnonzero(number[:last] < 0)
+            number[bare] = fresh + np.arange(len(bare))
+            fresh += len(bare)
+            more.append(course.places[bare])
+            number[last:] = number[0]
+            numbers.append(number)
+        return numbers, np.concatenate(more)
 
 
 def find_frame(
@@ -72,53 +111,67 @@ def find_frame(
 
 
 def mesh_neighbourhood(
-    local: Local,
-    special: FloatArray,
-    polylines: list[tuple[FloatArray, bool]],
-    beyond: float,
-    seeds: FloatArray,
-    before: Neighbourhood | None,
-) -> Neighbourhood:
+    local: Local, special: FloatArray, polylines: list[tuple[FloatArray, bool]], beyond: float, seeds: FloatArray,
+    before: Neighbourhood | None, whole: frozenset[int],
+) -> Neighbourhood:  # fmt: skip
     """The mesh round special points (k, 3), curves and seeds (n, 3), in lattice units.
 
     Curves go on `beyond` cells past the walls; seeds are further vertices. What was found `before` with fewer seeds
-    is where the search for more vertices starts, if the special points are the same.
+    is where the search for more vertices starts, if the special points are the same. whole: arcs without zones.
     """
     rng = np.random.default_rng(5)
     same = before is not None and np.array_equal(before.frame.special, special)
     frame = before.frame if before is not None and same else find_frame(local, special, polylines, beyond, rng)
     limits = list(before.limits) if before is not None and same else []
-    if before is not None and same:
+    if before is not None and same and before.patch:
         skeleton = replace(before.skeleton, around=before.patch.around)
         skeleton.add(seeds)
-        patch = mesh_region(local, skeleton, local.grid.cells, rng, before.patch)
-        if not len(patch.doubtful):
-            return _conclude(patch, skeleton, frame, limits)
+        again = mesh_region(local, skeleton, before.zones, rng, before.patch)
+        if not len(again.doubtful):
+            return _conclude(again, skeleton, frame, before.courses, before.zones, limits)
+    patch = None
     for turn in range(_RETRIES + 1):
-        skeleton = _build(local, frame, limits, rng)
+        courses, zones, tubes = _surroundings(local, frame, limits, whole, rng)
+        skeleton = build_skeleton(frame.balls, tubes, rng)
         skeleton.add(seeds)
-        patch = mesh_region(local, skeleton, local.grid.cells, rng)
-        hopeless = bool(frame.doubtful) or not all(tube.settled for tube in skeleton.tubes)
-        if not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless or turn == _RETRIES:
+        patch = mesh_region(local, skeleton, zones, rng) if len(skeleton.on) + len(skeleton.around) else None
+        hopeless = bool(frame.doubtful) or not all(course.settled for course in courses)
+        if not patch or not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless:
             break
-        size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
-        limits.append(np.concatenate([patch.blocked, size], axis=1))
-    return _conclude(patch, skeleton, frame, limits)
+        if turn < _RETRIES:
+            size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
+            limits.append(np.concatenate([patch.blocked, size], axis=1))
+    return _conclude(patch, skeleton, frame, courses, zones, limits)
 
 
-def _conclude(patch: Patch, skeleton: Skeleton, frame: Frame, limits: list[FloatArray]) -> Neighbourhood:
+def _conclude(
+    patch: Patch | None, skeleton: Skeleton, frame: Frame, courses: list[Stations], zones: Zones,
+    limits: list[FloatArray],
+) -> Neighbourhood:  # fmt: skip
     """All that was found, with every place that is doubtful."""
-    unsettled = [place for tube in skeleton.tubes if not tube.settled for place in tube.stations]
+    unsettled = [place for course in courses if not course.settled for place in course.places]
     doubtful = np.array(frame.doubtful + unsettled).reshape(-1, 3)
-    places = np.concatenate([doubtful, patch.doubtful, _uneven(skeleton)])
-    return Neighbourhood(patch, skeleton, frame, limits, places)
+    places = np.concatenate([doubtful, patch.doubtful if patch else doubtful[:0], _uneven(skeleton)])
+    return Neighbourhood(patch, skeleton, frame, courses, zones, limits, places)
 
 
-def _build(local: Local, frame: Frame, limits: list[FloatArray], rng: np.random.Generator) -> Skeleton:
-    """The skeleton of the balls of a frame and of tubes along its arcs, within the limits."""
+def _surroundings(
+    local: Local, frame: Frame, limits: list[FloatArray], whole: frozenset[int], rng: np.random.Generator
+) -> tuple[list[Stations], Zones, list[Tube]]:
+    """The stations of all arcs, zones along them, and tubes where zones do not do, within the limits."""
     arcs = frame.arcs
-    tubes = [find_tube(local, k, arcs, frame.balls, frame.stops[k], limits, rng) for k in range(len(arcs))]
-    return build_skeleton(frame.balls, [tube for tube in tubes if tube is not None], rng)
+    found = [find_stations(local, k, arcs, frame.balls, frame.stops[k], limits) for k in range(len(arcs))]
+    courses = [course for course in found if course]
+    stretches: list[Stretch] = []
+    tubes = []
+    for course in courses:
+        mine = find_stretches(local, course, arcs, frame.balls) if course.number not in whole else []
+        stretches += mine
+        starts, ends = ([part.bare[side] for part in mine] for side in (0, 1))
+        for first, last in zip([0, *ends], [*starts, course.last], strict=True):
+            if last > first:
+                tubes.append(surround(local, course, first, last, rng))
+    return courses, Zones(stretches), tubes
 
 
 def _room(local: Local, point: FloatArray) -> float:

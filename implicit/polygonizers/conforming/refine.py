@@ -11,6 +11,7 @@ from implicit.polygonizers.conforming.local import Local, among, at_all, distinc
 from implicit.polygonizers.conforming.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
 from implicit.polygonizers.conforming.skeleton import Skeleton, thin
+from implicit.polygonizers.conforming.zone import Zones
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,6 +37,8 @@ _SPARE = 3000
 """More vertices than so many times those at the start, and these, are not tried."""
 _BEYOND = 0.6
 """What is so many cells outside the bounds is not refined."""
+_INSIDE_ZONE = 0.5
+"""What is so many cells inside a zone is not refined."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +62,14 @@ class Patch:
 
 
 def mesh_region(
-    local: Local, skeleton: Skeleton, size: IntArray, rng: np.random.Generator, before: Patch | None = None
+    local: Local, skeleton: Skeleton, zones: Zones, rng: np.random.Generator, before: Patch | None = None
 ) -> Patch:
-    """The mesh near a skeleton on a lattice of `size` cells; before: one with the first vertices of this skeleton."""
+    """The mesh near a skeleton, wrong in the zones; before: one with the first vertices of this skeleton."""
+    size = local.grid.cells
+
+    def matters(places: FloatArray) -> NDArray[np.bool_]:
+        return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
+
     doubtful, blocked = [], []
     refined, waits = False, _Waits()
     around = skeleton.around
@@ -85,9 +93,9 @@ def mesh_region(
         doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, old)])
         active = stay[met(signs, stay)] if turn == 0 else stay[:0]
         wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
-        if not (local.heights(wrong) < _BEYOND).any():
+        if not matters(wrong).any():
             wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen)
-        near = local.heights(wrong) < _BEYOND
+        near = matters(wrong)
         wrong, spacing = wrong[near], spacing[near]
         if not len(wrong):
             refined = True

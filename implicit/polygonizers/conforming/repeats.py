@@ -36,7 +36,9 @@ def beside_arcs(points: FloatArray, arcs: list[Arc]) -> Mask:
 
 
 def without_repeats(arcs: list[Arc]) -> tuple[list[Arc], FloatArray]:
-    """The arcs without those that follow longer ones, and the nodes (n, 3) of those that need not be the same."""
+    """The arcs without those that follow longer ones, and the nodes (n, 3) of those that need not be the same: one of
+    the two is not where it should be.
+    """
     kept: list[int] = []
     doubtful = [np.zeros((0, 3))]
     for number in sorted(range(len(arcs)), key=lambda k: -arcs[k].lengths[-1]):
@@ -45,8 +47,11 @@ def without_repeats(arcs: list[Arc]) -> tuple[list[Arc], FloatArray]:
         together = np.diff(arc.lengths)[close[:-1] & close[1:]].sum()
         if together <= min(_LONGEST, arc.lengths[-1] / 2):
             kept.append(number)
-        elif not np.any([_on(arc.nodes, other) for other in longer], axis=0).all():
-            doubtful.append(arc.nodes)
+        else:
+            beside = [other for other in longer if _close(arc.nodes, other).any()]
+            same = np.any([_on(arc.nodes, other) for other in beside], axis=0).all()
+            if not (same and all(_on(other.nodes, other).all() for other in beside)):
+                doubtful.append(arc.nodes)
     return [arcs[k] for k in sorted(kept)], np.concatenate(doubtful)
 
 

@@ -30,7 +30,7 @@ _FILLED = 3.0
 """Tetrahedra reach at least so many cells from singular points and curves."""
 _MOST_SEEDS = 300
 """If the sweep is too coarse in more places than these, nothing is tried."""
-_BEYOND = 1.5
+_BEYOND = 3.2
 """Singular curves are followed so many cells beyond the bounds."""
 
 
@@ -81,12 +81,17 @@ def can_be_tried(local: Local, seeds: FloatArray) -> bool:
 
 
 def resolve(
-    local: Local, locus: SingularLocus, plan: Plan, seeds: FloatArray, before: Neighbourhood | None = None
+    local: Local,
+    locus: SingularLocus,
+    plan: Plan,
+    seeds: FloatArray,
+    before: Neighbourhood | None,
+    whole: frozenset[int],
 ) -> tuple[list[Block], Neighbourhood | None]:
     """Blocks for the singular points that have one, and the neighbourhood of all others, of the curves and of seeds.
 
     seeds (n, 3), in lattice units, are places where the cells are too coarse. before: the neighbourhood that was found
-    with fewer seeds.
+    with fewer seeds. whole: arcs round which there are tetrahedra all along.
     """
     isolated = isolated_points(local, locus)
     lines = [(local.grid.to_units(curve.polyline), curve.closed) for curve in locus.curves]
@@ -97,8 +102,8 @@ def resolve(
             return blocks, None
         clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes, seeds])) < _APART]
         if not clash:
-            hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, before)
-            clash = [block for block in blocks if hood.patch.region.holds(block.cells).any()]
+            hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, before, whole)
+            clash = [block for block in blocks if hood.holds(block.cells).any()]
             if not clash:
                 return blocks, hood
         blocks = [block for block in blocks if block not in clash]

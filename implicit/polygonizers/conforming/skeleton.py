@@ -21,8 +21,8 @@ class Skeleton:
     """`on` (n, 3) vertices of the singular set, the special points first; `around` (m, 3) vertices near it.
 
     edges (k, 2) of the singular set between vertices `on`, sheets (k,) how many triangles each should have, arc (k,)
-    the number of its arc. chains: the vertices along each tube, with the centres of balls at its ends. cleared (n, 4):
-    places and radii where no lattice point may stay.
+    the number of its arc. stations: the vertices along each tube. cleared (n, 4): places and radii where no lattice
+    point may stay.
     """
 
     on: FloatArray
@@ -33,7 +33,7 @@ class Skeleton:
     cleared: FloatArray
     balls: list[Ball]
     tubes: list[Tube]
-    chains: list[IntArray]
+    stations: list[IntArray]
     _tree: cKDTree | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -81,7 +81,7 @@ def build_skeleton(balls: list[Ball], tubes: list[Tube], rng: np.random.Generato
     """The skeleton of balls and tubes; vertex i of `on` is the centre of ball i."""
     on = [ball.center for ball in balls]
     edges, sheets, arc, around, cleared = [], [], [], [], []
-    chains = []
+    stations = []
     exits: dict[tuple[int, int], int] = {}
     for row, ball in enumerate(balls):
         for place, leave in enumerate(ball.exits):
@@ -95,12 +95,11 @@ def build_skeleton(balls: list[Ball], tubes: list[Tube], rng: np.random.Generato
         cleared.append(np.append(ball.center, ball.radius + 0.35)[None])
     for tube in tubes:
         ids = _number_stations(tube, exits, on)
-        ends = [[end[0]] if end else [] for end in (tube.start, tube.end)]
-        chains.append(np.array([*ends[0], *ids, *ends[1]], np.int64))
+        stations.append(np.array(ids, np.int64))
         for k, segment in enumerate(tube.segments):
             edges.append((ids[k], ids[k + 1]))
             sheets.append(segment.sheets)
-            arc.append(tube.number)
+            arc.append(tube.course.number)
             outside = np.ones(len(segment.ring), bool)
             for ball in balls:
                 outside &= np.linalg.norm(segment.ring - ball.center, axis=1) > 1.003 * ball.radius
@@ -117,7 +116,7 @@ def build_skeleton(balls: list[Ball], tubes: list[Tube], rng: np.random.Generato
         np.concatenate([np.zeros((0, 4)), *cleared]),
         balls,
         tubes,
-        chains,
+        stations,
     )
     skeleton.around = np.concatenate([skeleton.around, _graded(skeleton, rng)])
     return skeleton
@@ -132,7 +131,7 @@ def _number_stations(tube: Tube, exits: dict[tuple[int, int], int], on: list[Flo
             ids.append(exits[tube.start])
         elif k == last and tube.end is not None:
             ids.append(exits[tube.end])
-        elif k == last and tube.arc.closed:
+        elif k == last and tube.closed:
             ids.append(ids[0])
         else:
             ids.append(len(on))

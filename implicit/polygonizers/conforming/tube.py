@@ -1,31 +1,16 @@
-"""Tubes round the arcs of singular curves: stations along an arc, and a ring of vertices round each segment.
-
-The size h of a ring is small where other arcs or other parts of the same arc are near, where the exit of a ball has a
-small rim, and where the sheets are counted equally only at small radii; it changes by at most 0.4 per unit of length.
-"""
+"""Tubes round parts of singular curves: a ring of vertices round each edge between two stations."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.arc import Arc
-from implicit.polygonizers.conforming.ball import Ball
 from implicit.polygonizers.conforming.local import Local, frame
-from implicit.polygonizers.conforming.ring import Circle, beside, crossings, stable
+from implicit.polygonizers.conforming.ring import Circle, beside, crossings
+from implicit.polygonizers.conforming.stations import Stations
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-_WIDEST = 0.6
-_SLOPE = 0.4
-_THINNEST = 1e-4
-_MOST, _MOST_PER_CELL = 40, 8
-"""An arc may have so many stations, and so many more for each cell of its length; if that is too few it is refused."""
-_COINCIDENT = 1e-9
-"""Stations so near to the one before are left out. There are some only where the arc is not on the singular set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,133 +25,39 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    """Stations (n, 3) on an arc with a segment between each two; start and end are exits (ball, place) or None."""
+    """The stations of an arc from row `first` to row `last`, with a segment between each two."""
 
-    number: int
-    arc: Arc
-    stations: FloatArray
+    course: Stations
+    first: int
+    last: int
     segments: tuple[Segment, ...]
-    start: tuple[int, int] | None
-    end: tuple[int, int] | None
-    settled: bool
+
+    @property
+    def stations(self) -> FloatArray:
+        """Their places (n, 3)."""
+        return self.course.places[self.first : self.last + 1]
+
+    @property
+    def start(self) -> tuple[int, int] | None:
+        """The exit (ball, place) at which it begins, if it does."""
+        return None if self.first else self.course.start
+
+    @property
+    def end(self) -> tuple[int, int] | None:
+        """The exit (ball, place) at which it ends, if it does."""
+        return self.course.end if self.last == self.course.last else None
+
+    @property
+    def closed(self) -> bool:
+        """Whether its last station is its first."""
+        return self.course.arc.closed and self.last - self.first == self.course.last
 
 
-def find_tube(
-    local: Local, number: int, arcs: list[Arc], balls: list[Ball], walls: FloatArray, limits: list[FloatArray],
-    rng: np.random.Generator,
-) -> Tube | None:  # fmt: skip
-    """The tube round an arc outside the balls; None where nothing of it is left. walls: parameters that are stations.
-
-    limits: (n, 4) places and sizes that the rings there may not exceed.
-    """
-    arc = arcs[number]
-    start, end = _end_of(number, 0, balls), _end_of(number, 1, balls)
-    first = balls[start[0]].exits[start[1]].parameter if start else 0.0
-    last = balls[end[0]].exits[end[1]].parameter if end else arc.last
-    if last - first < 1e-9:
-        return None
-    inner = np.arange(np.floor(first) + 1, np.ceil(last))
-    t = np.concatenate([[first], inner, [last]])
-    q = arc.places(t)
-    s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
-    h = _sizes(number, arcs, balls, q, s, start, end, limits)
-    h, settled = _stable_sizes(local, arc, t, s, h, start is not None, end is not None)
-    pace = _pace(s, h)
-    if pace[-1] > _MOST + _MOST_PER_CELL * s[-1]:
-        settled = False
-        h = np.maximum(h, 1 / _MOST_PER_CELL)
-        pace = _pace(s, h)
-    chosen = _stations(pace, np.interp(walls[(walls > first) & (walls < last)], t, pace), arc.closed)
-    parameters, sizes = np.interp(chosen, pace, t), np.interp(chosen, pace, h)
-    stations = arc.places(parameters)
-    if start:
-        stations[0] = balls[start[0]].exits[start[1]].place
-    if end:
-        stations[-1] = balls[end[0]].exits[end[1]].place
-    apart = np.linalg.norm(np.diff(stations, axis=0), axis=1) > _COINCIDENT
-    if not apart.all():
-        settled = False
-        stations, sizes = (part[np.append(True, apart)] for part in (stations, sizes))
-    segments = _segments(local, stations, 0.5 * (sizes[1:] + sizes[:-1]), rng)
-    return Tube(number, arc, stations, segments, start, end, settled)
-
-
-def _end_of(number: int, side: int, balls: list[Ball]) -> tuple[int, int] | None:
-    for row, ball in enumerate(balls):
-        for place, leave in enumerate(ball.exits):
-            if leave.arc == number and leave.side == side:
-                return row, place
-    return None
-
-
-def _pace(s: FloatArray, h: FloatArray) -> FloatArray:
-    """The integral (n,) of 1 / h along lengths s (n,)."""
-    return np.append(0.0, np.cumsum(np.diff(s) * 0.5 * (1 / h[1:] + 1 / h[:-1])))
-
-
-def _stations(pace: FloatArray, walls: FloatArray, closed: bool) -> FloatArray:
-    """Values of the pace at stations about 1 apart, with those at walls among them."""
-    fixed = np.concatenate([[0.0], np.sort(walls), [pace[-1]]])
-    least = 6 if closed else 2
-    parts = []
-    for a, b in pairwise(fixed):
-        count = max(int(np.ceil(b - a)), least if len(fixed) == 2 else 1)
-        parts.append(np.linspace(a, b, count + 1)[:-1])
-    return np.concatenate([*parts, [pace[-1]]])
-
-
-def _sizes(
-    number: int, arcs: list[Arc], balls: list[Ball], q: FloatArray, s: FloatArray, start: tuple[int, int] | None,
-    end: tuple[int, int] | None, limits: list[FloatArray],
-) -> FloatArray:  # fmt: skip
-    """The size (n,) of the rings at points q (n, 3) with lengths s (n,), from what is near."""
-    h = np.full(len(s), _WIDEST)
-    for other, arc in enumerate(arcs):
-        if other != number:
-            h = np.minimum(h, 0.45 * cKDTree(arc.nodes).query(q)[0])
-    rows = np.arange(0, len(q), max(1, len(q) // 300))
-    apart = np.linalg.norm(q[rows, None] - q[rows], axis=2)
-    along = np.abs(s[rows, None] - s[rows])
-    if arcs[number].closed:
-        along = np.minimum(along, s[-1] - along)
-    far = np.where(along < 1.5 * apart + 1e-9, np.inf, apart).min(axis=1)
-    h = np.minimum(h, 0.45 * np.interp(s, s[rows], np.minimum(far, 1e9)))
-    for row, ball in enumerate(balls):
-        if row not in [place[0] for place in (start, end) if place]:
-            h = np.minimum(h, 0.6 * np.maximum(np.linalg.norm(q - ball.center, axis=1) - ball.radius, 1e-9))
-    for place, length in ((start, s), (end, s[-1] - s)):
-        if place:
-            ball = balls[place[0]]
-            h = np.minimum(h, 1.1 * ball.link.rims[place[1]] * ball.radius + 0.35 * length)
-    for limit in limits:
-        gap = cKDTree(limit[:, :3]).query(q)[0]
-        h = np.minimum(h, np.maximum(limit[0, 3], 0.5 * (gap - 1)))
-    return _smooth(np.maximum(h, _THINNEST), s)
-
-
-def _smooth(h: FloatArray, s: FloatArray) -> FloatArray:
-    """The largest sizes below h that change by at most 0.4 per length."""
-    h = h.copy()
-    for k in range(1, len(h)):
-        h[k] = min(h[k], h[k - 1] + _SLOPE * (s[k] - s[k - 1]))
-    for k in range(len(h) - 2, -1, -1):
-        h[k] = min(h[k], h[k + 1] + _SLOPE * (s[k + 1] - s[k]))
-    return h
-
-
-def _stable_sizes(
-    local: Local, arc: Arc, t: FloatArray, s: FloatArray, h: FloatArray, exit_start: bool, exit_end: bool
-) -> tuple[FloatArray, bool]:
-    """Sizes at which the sheets are counted as at all smaller ones; whether there are any everywhere."""
-    stops = np.linspace(0, s[-1], int(np.clip(s[-1] + 2, 5, 40)))
-    if exit_start or exit_end:
-        stops = np.unique(np.concatenate([stops, s[-1] * np.array([0.005, 0.02, 0.05, 0.95, 0.98, 0.995])]))
-    parameters, sizes = np.interp(stops, s, t), np.interp(stops, s, h)
-    places, tangents = arc.places(parameters), arc.tangents(parameters)
-    circles = [Circle(*parts) for parts in zip(places, *frame(tangents), sizes.tolist(), strict=True)]
-    found = stable(local, circles, 1e-3)[0]
-    radii = [circle.radius if circle else 0.02 * size for circle, size in zip(found, sizes, strict=True)]
-    return _smooth(np.minimum(h, np.interp(s, stops, radii)), s), None not in found
+def surround(local: Local, course: Stations, first: int, last: int, rng: np.random.Generator) -> Tube:
+    """The tube round the stations from row `first` to row `last`."""
+    sizes = course.sizes[first : last + 1]
+    segments = _segments(local, course.places[first : last + 1], 0.5 * (sizes[1:] + sizes[:-1]), rng)
+    return Tube(course, first, last, segments)
 
 
 def _segments(local: Local, stations: FloatArray, sizes: FloatArray, rng: np.random.Generator) -> tuple[Segment, ...]:

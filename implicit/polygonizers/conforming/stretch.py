@@ -1,0 +1,120 @@
+"""Which stretches of singular curves need no tetrahedra: those along which the sheets stand well apart."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from implicit.polygonizers.conforming.arc import Arc
+from implicit.polygonizers.conforming.ball import Ball
+from implicit.polygonizers.conforming.local import Local, frame, unit_rows
+from implicit.polygonizers.conforming.ring import Circle, counts, crossings
+from implicit.polygonizers.conforming.stations import Stations, gaps
+from implicit.polygonizers.conforming.zone import Stretch
+
+FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_SCALES = (1 / 3, 1 / 9, 1 / 64)
+"""Rings with these shares of the radius are crossed as often as the whole."""
+_LEAST_RADIUS = 1.8
+"""The radius of a zone, in cells: more than the diagonal of a cell, so that the sweep is not misled outside."""
+_GAP = 1.8
+"""Sheets are so many cells apart outside the zone: then no cell meets two."""
+_ANGLE = 0.5
+"""Sheets at smaller angles need tetrahedra."""
+_WIDENING = 0.5
+"""Radii change by so much per length at most."""
+_APART = 1.7
+"""So many cells lie between a zone and other curves."""
+_CLEAR = 0.5
+"""So many cells lie between a zone and a ball, and between an open end and the bounds."""
+_BEND = 0.35
+"""Over the radius of the zone the curve turns by less."""
+_OVERLAP = 1.2
+"""At an end that is not open, tetrahedra go on so many cells after the zone has its full radius."""
+_LEAST = 2.0
+"""A stretch is worth it where it spares tetrahedra over so many cells."""
+
+
+def find_stretches(local: Local, course: Stations, arcs: list[Arc], balls: list[Ball]) -> list[Stretch]:
+    """The stretches of a course, in order. A closed one is taken whole or not at all."""
+    sheets, radii = _sheets(local, course)
+    good = (sheets >= 0) & _clear(course, radii, arcs, balls)
+    if course.arc.closed:
+        if not good.all() or (sheets != sheets[0]).any():
+            return []
+        radii = np.full(len(radii), radii.max())
+        return [Stretch(course, 0, course.last, int(sheets[0]), radii, (True, True), (0, course.last))]
+    free = local.heights(course.places[[0, -1]]) > radii[[0, -1]] + _CLEAR
+    found = [_stretch(course, first, last, int(sheets[first]), radii, free) for first, last in _runs(good, sheets)]
+    return [stretch for stretch in found if stretch]
+
+
+def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArray]:
+    """How many sheets (n,) there are round each station, -1 where they are not well apart, or not the same nearer to
+    the curve; and the radius outside which no cell meets two.
+    """
+    places = course.places
+    before, after = np.roll(places, 1, axis=0), np.roll(places, -1, axis=0)
+    if course.arc.closed:  # the last station is the first
+        before[0], after[-1] = places[-2], places[1]
+    else:
+        before[0], after[-1] = places[0], places[-1]
+    axes = frame(unit_rows(after - before))
+    circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
+    found = crossings(local, circles)
+    number = np.array([len(angles) for angles in found])
+    angle = np.array([np.diff(angles, append=angles[:1] + 2 * np.pi).min(initial=np.pi) for angles in found])
+    radii = np.maximum(_LEAST_RADIUS, _GAP / np.sin(angle.clip(_ANGLE, np.pi / 2)))
+    scales = [[radius / _LEAST_RADIUS, *_SCALES] for radius in radii]
+    all_scales = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
+    same = (counts(local, all_scales).reshape(len(places), -1) == number[:, None]).all(axis=1)
+    return np.where(same & (angle > _ANGLE), number, -1), radii
+
+
+def _clear(course: Stations, radii: FloatArray, arcs: list[Arc], balls: list[Ball]) -> Mask:
+    """Which stations have no other curve near, no other part of their own, no ball, and where the curve is straight."""
+    places, lengths, away = course.places, course.lengths, radii + _APART
+    result = gaps(places, lengths, course.arc.closed) > away
+    others = [arc.nodes for number, arc in enumerate(arcs) if number != course.number]
+    if others:
+        result &= cKDTree(np.concatenate(others)).query(places, distance_upper_bound=away.max())[0] > away
+    for ball in balls:
+        result &= np.linalg.norm(places - ball.center, axis=1) > ball.radius + radii + _CLEAR
+    way = unit_rows(np.diff(places, axis=0))
+    ahead = np.roll(way, -1, axis=0) if course.arc.closed else np.concatenate([way[1:], way[-1:]])
+    bend = np.linalg.norm(ahead - way, axis=1) / np.diff(lengths)
+    result[1:] &= bend * radii[1:] < _BEND
+    result[:-1] &= bend * radii[:-1] < _BEND
+    return result
+
+
+def _runs(good: Mask, sheets: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """The first and last rows of runs of good stations with the same number of sheets."""
+    name = np.where(good, sheets, -1)
+    cuts = np.flatnonzero(np.diff(name)) + 1
+    for first, last in zip([0, *cuts], [*(cuts - 1), len(name) - 1], strict=True):
+        if name[first] >= 0:
+            yield int(first), int(last)
+
+
+def _stretch(course: Stations, first: int, last: int, sheets: int, radii: FloatArray, free: Mask) -> Stretch | None:
+    """The stretch from row `first` to row `last`, if it is worth it; free (2,): which ends of the course are."""
+    s = course.lengths[first : last + 1]
+    radii = _widened(s, radii[first : last + 1])
+    start, end = bool(first == 0 and free[0]), bool(last == course.last and free[1])
+    low = 0 if start else int(np.argmax(s - s[0] > radii + _OVERLAP))
+    high = len(s) - 1 if end else len(s) - 1 - int(np.argmax((s[-1] - s > radii + _OVERLAP)[::-1]))
+    if (low == 0 and not start) or (high == len(s) - 1 and not end) or s[high] - s[low] < _LEAST:
+        return None
+    pointed = np.minimum(np.inf if start else s - s[0], np.inf if end else s[-1] - s)
+    return Stretch(course, first, last, sheets, np.minimum(radii, pointed), (start, end), (first + low, first + high))
+
+
+def _widened(s: FloatArray, radii: FloatArray) -> FloatArray:
+    """The least radii (n,) above these that change so slowly along lengths s (n,)."""
+    up = np.maximum.accumulate(radii + _WIDENING * s) - _WIDENING * s
+    down = np.maximum.accumulate((radii - _WIDENING * s)[::-1])[::-1] + _WIDENING * s
+    return np.maximum(up, down)

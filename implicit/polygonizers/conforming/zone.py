@@ -1,0 +1,190 @@
+"""Zones round stretches of singular curves, in which no triangle of the sweep or of tetrahedra stays.
+
+A zone has the radius r(s) at length s along its curve: so many cells that outside no cell meets two sheets, and less
+towards an end where tetrahedra go on, so that it begins in a station of the curve.
+"""
+
+#          ________________________
+#         /                        \         r
+#   -----*--------------------------*-----   the curve, and tetrahedra round it beyond both ends of the zone
+#         \________________________/
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from implicit.polygonizers.clip import unit
+from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.region import cells_round
+from implicit.polygonizers.conforming.stations import Stations
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_BEYOND = 1.0
+"""So many cells outside zones it is known how far a place is."""
+_RIM = 0.3
+"""The mesh is cut less than so many cells outside a zone."""
+_STEPS = 8
+_EXACT = 1e-9
+"""The last step across a curve, in cells."""
+_SHARE = 1e-15
+"""The last step of all, as a share of the coordinates."""
+_FARTHEST = 0.3
+"""The longest step across a curve, in cells."""
+_NEIGHBOURS = 4
+"""The nearest edge of a curve is among so many with the nearest middles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """The stations from row `first` to row `last` of an arc, between which so many sheets stand well apart.
+
+    radii (n,): of the zone at each. open: whether nothing goes on beyond each end. bare: the rows between which no
+    tetrahedra are needed.
+    """
+
+    course: Stations
+    first: int
+    last: int
+    sheets: int
+    radii: FloatArray
+    open: tuple[bool, bool]
+    bare: tuple[int, int]
+
+    @property
+    def closed(self) -> bool:
+        """Whether it goes round."""
+        return self.course.arc.closed
+
+    @property
+    def places(self) -> FloatArray:
+        """Its stations (n, 3)."""
+        return self.course.places[self.first : self.last + 1]
+
+    @property
+    def lengths(self) -> FloatArray:
+        """The length along the arc at each of them."""
+        return self.course.lengths[self.first : self.last + 1]
+
+
+@dataclass(frozen=True, eq=False)
+class Zones:
+    """The zones of several stretches."""
+
+    stretches: Sequence[Stretch]
+
+    @cached_property
+    def _edges(self) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+        """Of all edges of the curves where they begin and lead to (n, 3), whose they are, and lengths and radii
+        (n, 2, 2) at their ends.
+        """
+        parts = self.stretches
+        owner = np.repeat(np.arange(len(parts)), [part.last - part.first for part in parts])
+        starts = np.concatenate([part.places[:-1] for part in parts])
+        ways = np.concatenate([np.diff(part.places, axis=0) for part in parts])
+        ends = [np.stack([part.lengths, part.radii], axis=1) for part in parts]
+        return starts, ways, np.concatenate([np.stack([end[:-1], end[1:]], axis=1) for end in ends]), owner
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self._edges[0] + self._edges[1] / 2)
+
+    def cells(self, size: IntArray) -> IntArray:
+        """The cells (n, 3) of a lattice round the zones."""
+        parts = [cells_round(part.places, int(np.ceil(part.radii.max() + _RIM)), size) for part in self.stretches]
+        return np.concatenate([np.zeros((0, 3), np.int64), *parts])
+
+    def measure(self, places: FloatArray) -> "Feet":
+        """The feet of places (n, 3) on the curves."""
+        count = len(places)
+        owner, along, depth = np.full(count, -1), np.zeros(count), np.full(count, -_BEYOND)
+        foot, way = places.copy(), np.zeros((count, 3))
+        if not self.stretches or not count:
+            return Feet(owner, along, depth, foot, way)
+        starts, ways, ends, whose = self._edges
+        farthest = float(ends[..., 1].max()) + _BEYOND
+        edges = self._tree.query(places, k=list(range(1, _NEIGHBOURS + 1)), distance_upper_bound=farthest)[1]
+        near = np.flatnonzero(edges[:, 0] < len(starts))
+        edge = np.where(edges[near] < len(starts), edges[near], edges[near, :1])
+        rest = places[near, None] - starts[edge]
+        share = np.einsum("nki,nki->nk", rest, ways[edge]) / np.einsum("nki,nki->nk", ways[edge], ways[edge])
+        share = share.clip(0, 1)
+        away = np.linalg.norm(rest - share[..., None] * ways[edge], axis=2)
+        best = np.arange(len(near)), away.argmin(axis=1)
+        edge, share = edge[best], share[best][:, None]
+        owner[near], way[near], foot[near] = whose[edge], unit(ways[edge]), starts[edge] + share * ways[edge]
+        along[near], radius = ((1 - share) * ends[edge, 0] + share * ends[edge, 1]).T
+        depth[near] = np.maximum(radius - away[best], -_BEYOND)
+        return Feet(owner, along, depth, foot, way)
+
+    def depth(self, places: FloatArray) -> FloatArray:
+        """How deep (n,) places (n, 3) are inside, in cells, negative outside."""
+        return self.measure(places).depth
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """The nearest points of stretches to some places: which stretch, -1 where none is near; the length along it; how
+    deep the place is inside the zone, negative outside; the foot (n, 3) itself, and the unit tangent (n, 3) there.
+    """
+
+    owner: IntArray
+    along: FloatArray
+    depth: FloatArray
+    foot: FloatArray
+    way: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ZoneRim:
+    """The curves where f = 0 leaves the zones. What lies in them counts as outside, and is cut off."""
+
+    zones: Zones
+    local: Local
+
+    @property
+    def cell(self) -> float:
+        """The length of the cells."""
+        return self.local.grid.step
+
+    def heights(self, points: FloatArray) -> FloatArray:
+        """How deep (n,) points (n, 3) are inside."""
+        return self.cell * self.zones.depth(self.local.grid.to_units(points))
+
+    def reach(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The points moved to where f = 0 leaves the zone, by Newton's steps across the curve, and unit normals."""
+        units = self.local.grid.to_units(points)
+        feet = self.zones.measure(units)
+        away = np.linalg.norm(units - feet.foot, axis=1)
+        radius = np.where(away + feet.depth > 0, away + feet.depth, away)  # places behind a pointed end stay there
+        for _ in range(_STEPS):
+            out = unit(units - feet.foot)
+            aside = np.cross(feet.way, out)
+            on = feet.foot + radius[:, None] * out
+            value, slope = self.local.gradients(on)
+            with np.errstate(all="ignore"):
+                step = np.nan_to_num(-value / np.einsum("ij,ij->i", slope, aside))
+            step = step.clip(-_FARTHEST, _FARTHEST)
+            units = on + step[:, None] * aside
+            if (np.abs(step) < _EXACT).all():
+                break
+        return onto(self.local, self.local.grid.to_points(units))
+
+
+def onto(local: Local, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points (n, 3) moved onto f = 0 by Newton's steps along the gradient, and unit normals there."""
+    start, size = points, np.abs(points).max(initial=0)
+    for _ in range(_STEPS):
+        value, slope = local.field.gradients(points)
+        with np.errstate(all="ignore"):
+            step = np.nan_to_num(value / (slope * slope).sum(axis=1))[:, None] * slope
+        near = np.linalg.norm(points - step - start, axis=1) < local.grid.step
+        points = np.where(near[:, None], points - step, points)
+        if not np.any(np.linalg.norm(step[near], axis=1) > _SHARE * size):
+            break
+    return points, unit(local.field.gradients(points)[1])
