@@ -99,6 +99,9 @@ def cut_along(
     height = rim.heights(vertices)
     if not (height > 0).any():
         return vertices, normals, faces
+    a, b, c = (height < -_NEAR * rim.cell)[faces.T]
+    deep = a & b & c
+    whole, faces = faces[deep], faces[~deep]
     movable = np.abs(height) < _NEAR * rim.cell
     movable &= _crossing(height, faces)
     movable[_behind(vertices, height, faces[movable[faces].sum(axis=1) > 1], movable)] = False
@@ -121,7 +124,11 @@ def cut_along(
     fresh = (vertices[cut[:, 0]] * b - vertices[cut[:, 1]] * a) / (b - a)
     places, directions = rim.reach(np.concatenate([vertices[move], fresh]))
     vertices[move], normals[move] = places[: len(move)], directions[: len(move)]
-    return np.concatenate([vertices, places[len(move) :]]), np.concatenate([normals, directions[len(move) :]]), kept
+    vertices, normals = (
+        np.concatenate([vertices, places[len(move) :]]),
+        np.concatenate([normals, directions[len(move) :]]),
+    )
+    return vertices, normals, np.concatenate([whole, kept])
 
 
 def _crossing(height: FloatArray, faces: IntArray) -> NDArray[np.bool_]:

@@ -43,7 +43,8 @@ class _Form:
 class Changes:
     """Parts [low, high] (n,) of segments in which f changes sign once, or, where not `sure`, perhaps several times.
 
-    owner (n,): the segment of each part; they come in order along it. Proved, up to the rounding of the values.
+    owner (n,): the segment of each part; they come in order along it. loud (count,): the segments of which no part
+    was found on which f is nothing but rounding. Proved, up to the rounding of the values.
     """
 
     count: int
@@ -51,6 +52,7 @@ class Changes:
     low: FloatArray
     high: FloatArray
     sure: Flags
+    loud: Flags
 
     @property
     def counts(self) -> IntArray:
@@ -82,8 +84,10 @@ def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
     noise = form.growth * local.noise(np.stack([a, b], axis=1))
     left, right = _halves(coefficients.shape[1] - 1)
     owner, low, high, found = np.arange(len(a)), np.zeros(len(a)), np.ones(len(a)), []
+    heard = np.ones(len(a), bool)
     for depth in range(_HALVINGS + 1):
         loud = np.abs(coefficients).max(axis=1, initial=0) > _NOISE * noise
+        heard[owner[~loud]] = False
         known = (_most_changes(coefficients, noise) <= 1) | ~loud
         once = known & ((coefficients[:, 0] < 0) != (coefficients[:, -1] < 0))
         shown = once | (~known & (depth == _HALVINGS))
@@ -95,13 +99,14 @@ def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
         owner, low, high = np.tile(owner, 2), np.append(low, middle), np.append(middle, high)
     owner, low, high, sure = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.lexsort((low, owner))
-    return Changes(len(a), owner[order], low[order], high[order], sure[order])
+    return Changes(len(a), owner[order], low[order], high[order], sure[order], heard)
 
 
 def _sampled(local: Local, a: FloatArray, b: FloatArray) -> Changes:
     inside = local.values(a[:, None] + _SAMPLES[:, None] * (b - a)[:, None]) < 0
     owner, place = np.nonzero(inside[:, 1:] != inside[:, :-1])
-    return Changes(len(a), owner, _SAMPLES[place], _SAMPLES[place + 1], np.ones(len(owner), bool))
+    sure = np.ones(len(owner), bool)
+    return Changes(len(a), owner, _SAMPLES[place], _SAMPLES[place + 1], sure, np.ones(len(a), bool))
 
 
 def plain(local: Local, corners: FloatArray) -> Flags:

@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _RETRIES = 3
+_FOLLOWED = 1.5
+"""Tubes go on so many cells beyond the bounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +169,12 @@ def _surroundings(
     for course in courses:
         mine = find_stretches(local, course, arcs, frame.balls) if course.number not in whole else []
         stretches += mine
+        near = np.flatnonzero(local.heights(course.places) < _FOLLOWED)
+        if not len(near):
+            continue
         starts, ends = ([part.bare[side] for part in mine] for side in (0, 1))
-        for first, last in zip([0, *ends], [*starts, course.last], strict=True):
+        reach = max(int(near[0]) - 1, 0), min(int(near[-1]) + 1, course.last)
+        for first, last in zip([reach[0], *ends], [*starts, reach[1]], strict=True):
             if last > first:
                 tubes.append(surround(local, course, first, last, rng))
     return courses, Zones(stretches), tubes

@@ -112,13 +112,21 @@ def resolve(
 
 
 def _others(local: Local, locus: SingularLocus, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Special points, those given among them, and nodes of singular curves (n, 3), in lattice units."""
+    """Special points, those given among them, and places a cell apart on singular curves (n, 3), in lattice units."""
     none = np.zeros((0, 3))
     on_curves = _near(local, np.concatenate([none, *(curve.special for curve in locus.curves)]))
-    nodes = np.concatenate([none, *(_near(local, curve.polyline) for curve in locus.curves)])
+    lines = [_even(curve.polyline, local.grid.step) for curve in locus.curves]
+    nodes = _near(local, np.concatenate([none, *lines]))
     to_units = local.grid.to_units
     special = to_units(np.concatenate([points, on_curves]))
     return special[apart(special, SAME)], to_units(nodes)
+
+
+def _even(line: FloatArray, spacing: float) -> FloatArray:
+    """Places (m, 3) on a polyline (n, 3) so far apart."""
+    length = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+    where = np.linspace(0, length[-1], int(np.ceil(length[-1] / spacing)) + 1)
+    return np.column_stack([np.interp(where, length, axis) for axis in line.T])
 
 
 def _gap(block: Block, units: FloatArray) -> float:

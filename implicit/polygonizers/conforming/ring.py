@@ -104,14 +104,15 @@ def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
     return np.split(angles[order], np.cumsum(np.bincount(owner, minlength=len(circles)))[:-1])
 
 
-def counts(local: Local, circles: list[Circle]) -> IntArray:
-    """How often (n,) the polygons of circles are crossed."""
-    return changes(local, *_Many.of(circles).sides).counts.reshape(-1, _SIDES).sum(axis=1)
+def counts(local: Local, circles: list[Circle]) -> tuple[IntArray, NDArray[np.bool_]]:
+    """How often (n,) the polygons of circles are crossed, and of which that can be seen, not lost in rounding."""
+    found = changes(local, *_Many.of(circles).sides)
+    return found.counts.reshape(-1, _SIDES).sum(axis=1), np.asarray(found.loud.reshape(-1, _SIDES).all(axis=1))
 
 
 def stable(local: Local, circles: list[Circle], least: float) -> tuple[list[Circle | None], IntArray]:
-    """The largest circles, of radii falling by sqrt 2 to a least share, crossed as often at all smaller scales; None
-    where there is none. And how often each is crossed.
+    """The largest circles, of radii falling by sqrt 2 to a least share, crossed as often at all smaller scales at
+    which that can be seen; None where there is none. And how often each is crossed.
     """
     found: list[Circle | None] = [None] * len(circles)
     number = np.zeros(len(circles), np.int64)
@@ -119,8 +120,8 @@ def stable(local: Local, circles: list[Circle], least: float) -> tuple[list[Circ
     factor = 1.0
     while left and factor > least:
         tried = [circles[row].scaled(factor * scale) for row in left for scale in _SCALES]
-        crossed = counts(local, tried).reshape(-1, len(_SCALES))
-        same = (crossed == crossed[:, :1]).all(axis=1)
+        crossed, seen = (part.reshape(-1, len(_SCALES)) for part in counts(local, tried))
+        same = ((crossed == crossed[:, :1]) | ~seen).all(axis=1) & seen[:, 0]
         if factor == 1.0:
             number[:] = crossed[:, 0]
         for place in np.flatnonzero(same):

@@ -16,7 +16,11 @@ from implicit.polygonizers.conforming.zone import Stretch
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_SCALES = (1 / 3, 1 / 9, 1 / 64)
+_INNER = 1 / 9
+"""Nearer to the curve, at this share of the radius, sheets lie at the same angles."""
+_STRAIGHT = 0.15
+"""Angles that differ by less are the same."""
+_SCALES = (1 / 3, 1 / 64)
 """Rings with these shares of the radius are crossed as often as the whole."""
 _LEAST_RADIUS = 1.8
 """The radius of a zone, in cells: more than the diagonal of a cell, so that the sweep is not misled outside."""
@@ -64,14 +68,30 @@ def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArr
         before[0], after[-1] = places[0], places[-1]
     axes = frame(unit_rows(after - before))
     circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
-    found = crossings(local, circles)
-    number = np.array([len(angles) for angles in found])
-    angle = np.array([np.diff(angles, append=angles[:1] + 2 * np.pi).min(initial=np.pi) for angles in found])
+    count = len(circles)
+    found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
+    number = np.array([len(angles) for angles in found[:count]])
+    angle = np.array([_wrapped(angles).min(initial=np.pi) for angles in found[:count]])
+    straight = np.array([_straight(*both) for both in zip(found[:count], found[count:], strict=True)])
     radii = np.maximum(_LEAST_RADIUS, _GAP / np.sin(angle.clip(_ANGLE, np.pi / 2)))
     scales = [[radius / _LEAST_RADIUS, *_SCALES] for radius in radii]
-    all_scales = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
-    same = (counts(local, all_scales).reshape(len(places), -1) == number[:, None]).all(axis=1)
-    return np.where(same & (angle > _ANGLE), number, -1), radii
+    rings = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
+    crossed, seen = (part.reshape(count, -1) for part in counts(local, rings))
+    same = ((crossed == number[:, None]) | ~seen).all(axis=1)
+    return np.where(same & straight & (angle > _ANGLE), number, -1), radii
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    """The angles (n,) from each of these to the next."""
+    return np.diff(angles, append=angles[:1] + 2 * np.pi)
+
+
+def _straight(outer: FloatArray, inner: FloatArray) -> bool:
+    """Whether the sheets lie at about the same angles (n,) farther out and nearer to the curve."""
+    if len(outer) != len(inner) or not len(outer):
+        return len(outer) == len(inner)
+    turns = np.abs((np.stack([np.roll(inner, k) for k in (-1, 0, 1)]) - outer + np.pi) % (2 * np.pi) - np.pi)
+    return bool(turns.max(axis=1).min() < _STRAIGHT)
 
 
 def _clear(course: Stations, radii: FloatArray, arcs: list[Arc], balls: list[Ball]) -> Mask:
