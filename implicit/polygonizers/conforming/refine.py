@@ -47,7 +47,7 @@ class Patch:
 
     names (v, 2): the ends of the edge of each vertex, equal on the singular set. on: the vertex of each vertex of the
     skeleton, -1 where none is used. doubtful (n, 3): places where something could not be resolved. around (m, 3): the
-    vertices off the singular set that were added to the lattice, by `cavity`.
+    vertices off the singular set that were added to the lattice, by `cavity`. seen: what was looked at.
     """
 
     region: Region
@@ -59,6 +59,22 @@ class Patch:
     blocked: FloatArray
     around: FloatArray
     cavity: Cavity
+    seen: "_Seen"
+
+
+@dataclass(eq=False)
+class _Seen:
+    """What need not be looked at again, or must be, by names: edges that are right, corners of tetrahedra with an edge
+    that is not or with a finger of the other sign, and tetrahedra whose triangles are right.
+    """
+
+    edges: FloatArray = field(default_factory=lambda: np.zeros(0))
+    hit: FloatArray = field(default_factory=lambda: np.zeros(0))
+    right: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
+        """The tetrahedra that have all their corners at such places."""
+        return tetrahedra[at_all(among(places @ _WAY, self.hit), tetrahedra)] if len(self.hit) else tetrahedra[:0]
 
 
 def mesh_region(
@@ -75,7 +91,8 @@ def mesh_region(
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
-    seen, dead, kept = _Seen(), np.zeros(0, bool), np.zeros((0, 3))
+    seen = before.seen if before else _Seen()
+    dead, kept = np.zeros(0, bool), np.zeros((0, 3))
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
         region = _region(held, kept if turn else _touched(skeleton, new), size)
@@ -90,7 +107,8 @@ def mesh_region(
         if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
         old = np.concatenate([stay, fresh[:known]])
-        doubted = fresh if turn == 0 else np.concatenate([fresh[known:], seen.hit_among(places, old)])
+        new_here = fresh if turn == 0 and not before else fresh[known:]
+        doubted = np.concatenate([new_here, seen.hit_among(places, old)])
         active = stay[met(signs, stay)] if turn == 0 else stay[:0]
         wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
         if not matters(wrong).any():
@@ -113,7 +131,7 @@ def mesh_region(
     if not fits or flat_tetrahedra(signs, np.concatenate([stay, fresh])):
         doubtful.append(skeleton.on)
     doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
-    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity)
+    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity, seen)
 
 
 def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
@@ -162,21 +180,6 @@ class _Waits:
             least[row] = np.minimum(least[row], _STUCK * self.spacing[old])
         self.names, self.spacing = names, least
         return np.asarray(least[first])
-
-
-@dataclass(eq=False)
-class _Seen:
-    """What need not be looked at again, or must be, by names: edges that are right, corners of tetrahedra with an edge
-    that is not or with a finger of the other sign, and tetrahedra whose triangles are right.
-    """
-
-    edges: FloatArray = field(default_factory=lambda: np.zeros(0))
-    hit: FloatArray = field(default_factory=lambda: np.zeros(0))
-    right: FloatArray = field(default_factory=lambda: np.zeros(0))
-
-    def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
-        """The tetrahedra that have all their corners at such places."""
-        return tetrahedra[at_all(among(places @ _WAY, self.hit), tetrahedra)] if len(self.hit) else tetrahedra[:0]
 
 
 def _names(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
@@ -272,7 +275,7 @@ def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArra
 def _patch(
     local: Local, region: Region, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray,
     skeleton: Skeleton, doubtful: list[FloatArray], blocked: list[FloatArray], around: FloatArray,
-    cavity: Cavity,
+    cavity: Cavity, seen: _Seen,
 ) -> Patch:  # fmt: skip
     """The triangles in all tetrahedra and pyramids, with their vertices on f = 0."""
     first, count = len(region.places), len(skeleton.on)
@@ -295,4 +298,5 @@ def _patch(
         np.concatenate([np.zeros((0, 3)), *blocked]),
         around,
         cavity,
+        seen,
     )

@@ -69,9 +69,7 @@ def lay_ribbons(local: Local, mesh: Mesh, hood: Neighbourhood, numbers: list[Int
     names = np.flatnonzero(used)
     short = np.cumsum(used) - 1
     rows = [hood.courses.index(part.course) for part in hood.zones.stretches]
-    curves = [
-        short[numbers[row][part.first : part.last + 1]] for row, part in zip(rows, hood.zones.stretches, strict=True)
-    ]
+    curves = [short[part.within(numbers[row])] for row, part in zip(rows, hood.zones.stretches, strict=True)]
     small = vertices[names], normals[names], short[faces]
     more, upright, faces = _lay(ZoneRim(hood.zones, local), small, curves, fixed[names])
     vertices, normals = vertices.copy(), normals.copy()
@@ -174,12 +172,14 @@ def _in_order(
         even = _GAP * np.arange(len(part.names))
         rest = part.lengths - even
         lengths = even + (np.maximum.accumulate(rest) + np.minimum.accumulate(rest[::-1])[::-1]) / 2
-        lengths[[0, -1]] = part.lengths[[0, -1]]
+        stretch = rim.zones.stretches[part.stretch]
+        held = ((part.lengths <= stretch.lengths[0]) | (part.lengths >= stretch.lengths[-1])) & (not stretch.closed)
+        held[[0, -1]] |= stretch.closed  # one vertex
+        lengths = np.where(held, part.lengths, lengths)
         shift = lengths - part.lengths
         if np.abs(shift).max() > _BACK:
-            raise Ragged(rim.zones.stretches[part.stretch].course.number, "a rim goes back")
-        ends = part.lengths[[0, -1]]
-        rows = np.flatnonzero((np.abs(shift) > 0) & (part.lengths > ends[0]) & (part.lengths < ends[1]))
+            raise Ragged(stretch.course.number, "a rim goes back")
+        rows = np.flatnonzero(shift)
         moved.append(part.names[rows])
         shifts.append(shift[rows])
         result.append(_Rim(part.stretch, part.names, lengths, part.turned))

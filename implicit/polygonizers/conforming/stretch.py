@@ -45,15 +45,20 @@ _LEAST = 2.0
 def find_stretches(local: Local, course: Stations, arcs: list[Arc], balls: list[Ball]) -> list[Stretch]:
     """The stretches of a course, in order. A closed one is taken whole or not at all."""
     sheets, radii = _sheets(local, course)
-    good = (sheets >= 0) & _clear(course, radii, arcs, balls)
+    room = _room(course, arcs, balls)
     if course.arc.closed:
-        if not good.all() or (sheets != sheets[0]).any():
-            return []
         radii = np.full(len(radii), radii.max())
+        if (sheets < 0).any() or (sheets != sheets[0]).any() or (radii > room).any():
+            return []
         return [Stretch(course, 0, course.last, int(sheets[0]), radii, (True, True), (0, course.last))]
     free = local.heights(course.places[[0, -1]]) > radii[[0, -1]] + _CLEAR
-    found = [_stretch(course, first, last, int(sheets[first]), radii, free) for first, last in _runs(good, sheets)]
-    return [stretch for stretch in found if stretch]
+    good = (sheets >= 0) & (room > 0)
+    while True:
+        found = [_stretch(course, first, last, int(sheets[first]), radii, free) for first, last in _runs(good, sheets)]
+        tight = [stretch.first + np.flatnonzero(stretch.radii > stretch.within(room)) for stretch in found if stretch]
+        if not any(len(rows) for rows in tight):
+            return [stretch for stretch in found if stretch]
+        good[np.concatenate(tight)] = False
 
 
 def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArray]:
@@ -94,21 +99,21 @@ def _straight(outer: FloatArray, inner: FloatArray) -> bool:
     return bool(turns.max(axis=1).min() < _STRAIGHT)
 
 
-def _clear(course: Stations, radii: FloatArray, arcs: list[Arc], balls: list[Ball]) -> Mask:
-    """Which stations have no other curve near, no other part of their own, no ball, and where the curve is straight."""
-    places, lengths, away = course.places, course.lengths, radii + _APART
-    result = gaps(places, lengths, course.arc.closed) > away
+def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
+    """The radius (n,) that a zone may have at each station: no other curve is near, no other part of the same, no ball,
+    and the curve is nearly straight.
+    """
+    places, lengths = course.places, course.lengths
+    result = gaps(places, lengths, course.arc.closed) - _APART
     others = [arc.nodes for number, arc in enumerate(arcs) if number != course.number]
     if others:
-        result &= cKDTree(np.concatenate(others)).query(places, distance_upper_bound=away.max())[0] > away
+        result = np.minimum(result, cKDTree(np.concatenate(others)).query(places)[0] - _APART)
     for ball in balls:
-        result &= np.linalg.norm(places - ball.center, axis=1) > ball.radius + radii + _CLEAR
+        result = np.minimum(result, np.linalg.norm(places - ball.center, axis=1) - ball.radius - _CLEAR)
     way = unit_rows(np.diff(places, axis=0))
     ahead = np.roll(way, -1, axis=0) if course.arc.closed else np.concatenate([way[1:], way[-1:]])
-    bend = np.linalg.norm(ahead - way, axis=1) / np.diff(lengths)
-    result[1:] &= bend * radii[1:] < _BEND
-    result[:-1] &= bend * radii[:-1] < _BEND
-    return result
+    straight = _BEND * np.diff(lengths) / np.maximum(np.linalg.norm(ahead - way, axis=1), 1e-9)
+    return np.minimum(result, np.minimum(np.append(straight, np.inf), np.insert(straight, 0, np.inf)))
 
 
 def _runs(good: Mask, sheets: NDArray[np.int64]) -> Iterator[tuple[int, int]]:

@@ -12,6 +12,7 @@ towards an end where tetrahedra go on, so that it begins in a station of the cur
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,15 +62,19 @@ class Stretch:
         """Whether it goes round."""
         return self.course.arc.closed
 
+    def within(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """What belongs to its stations of something that all those of the arc have."""
+        return rows[self.first : self.last + 1]
+
     @property
     def places(self) -> FloatArray:
         """Its stations (n, 3)."""
-        return self.course.places[self.first : self.last + 1]
+        return self.within(self.course.places)
 
     @property
     def lengths(self) -> FloatArray:
         """The length along the arc at each of them."""
-        return self.course.lengths[self.first : self.last + 1]
+        return self.within(self.course.lengths)
 
 
 @dataclass(frozen=True, eq=False)
