@@ -163,7 +163,8 @@ def conforming(
         for _ in range(_PASSES):
             blocks, hood = resolve(local, locus, first, seeds, hood, whole)
             skipped = [block.holds for block in blocks] + ([hood.holds] if hood else [])
-            fresh = outside(coarse, skipped)
+            fresh = outside(coarse, skipped[: len(blocks)])
+            fresh = fresh[~hood.takes(fresh)] if hood else fresh
             if not len(fresh) or not can_be_tried(local, fresh):
                 break
             seeds = np.concatenate([seeds, fresh])

@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.cell import CORNERS
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.ball import Ball, find_ball
@@ -23,6 +22,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _RETRIES = 3
+_HALF = 3**0.5 / 2
+"""Half the diagonal of a cell."""
 _FOLLOWED = 1.5
 """Tubes go on so many cells beyond the bounds."""
 
@@ -58,10 +59,13 @@ class Neighbourhood:
     doubtful: FloatArray
 
     def holds(self, cells: IntArray) -> NDArray[np.bool_]:
-        """Which cells (n, 3) the patch or a zone takes in whole."""
-        corners = np.repeat(cells, 8, axis=0) + np.tile(np.array(CORNERS), (len(cells), 1))
-        deep = np.asarray((self.zones.depth(corners) > 0).reshape(-1, 8).all(axis=1))
+        """Which cells (n, 3) belong to the patch, or lie in a zone; those with a curve of a zone do."""
+        deep = self.zones.depth(np.asarray(cells + 0.5)) > _HALF
         return np.asarray(deep | self.patch.region.holds(cells)) if self.patch else deep
+
+    def takes(self, places: FloatArray) -> NDArray[np.bool_]:
+        """Which places (n, 3) the patch or a zone takes in."""
+        return self.holds(np.floor(places).astype(np.int64)) | (self.zones.depth(places) > 0)
 
     @property
     def cells(self) -> IntArray:

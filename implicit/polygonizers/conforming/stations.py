@@ -124,7 +124,7 @@ def _sizes(
     h = np.full(len(s), _WIDEST)
     for other, arc in enumerate(arcs):
         if other != number:
-            h = np.minimum(h, 0.45 * cKDTree(arc.nodes).query(q)[0])
+            h = np.minimum(h, 0.45 * cKDTree(arc.nodes).query(q, distance_upper_bound=_WIDEST / 0.45)[0])
     h = np.minimum(h, 0.45 * gaps(q, s, arcs[number].closed))
     for row, ball in enumerate(balls):
         if row not in [place[0] for place in (start, end) if place]:

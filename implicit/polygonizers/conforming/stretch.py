@@ -75,9 +75,7 @@ def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArr
     circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
     count = len(circles)
     found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
-    number = np.array([len(angles) for angles in found[:count]])
-    angle = np.array([_wrapped(angles).min(initial=np.pi) for angles in found[:count]])
-    straight = np.array([_straight(*both) for both in zip(found[:count], found[count:], strict=True)])
+    number, angle, straight = _apart(found[:count], found[count:])
     radii = np.maximum(_LEAST_RADIUS, _GAP / np.sin(angle.clip(_ANGLE, np.pi / 2)))
     scales = [[radius / _LEAST_RADIUS, *_SCALES] for radius in radii]
     rings = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
@@ -86,17 +84,19 @@ def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArr
     return np.where(same & straight & (angle > _ANGLE), number, -1), radii
 
 
-def _wrapped(angles: FloatArray) -> FloatArray:
-    """The angles (n,) from each of these to the next."""
-    return np.diff(angles, append=angles[:1] + 2 * np.pi)
-
-
-def _straight(outer: FloatArray, inner: FloatArray) -> bool:
-    """Whether the sheets lie at about the same angles (n,) farther out and nearer to the curve."""
-    if len(outer) != len(inner) or not len(outer):
-        return len(outer) == len(inner)
-    turns = np.abs((np.stack([np.roll(inner, k) for k in (-1, 0, 1)]) - outer + np.pi) % (2 * np.pi) - np.pi)
-    return bool(turns.max(axis=1).min() < _STRAIGHT)
+def _apart(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[NDArray[np.int64], FloatArray, Mask]:
+    """How many angles (n,) there are on each outer ring, the least between two, and whether they are the same on the
+    inner one.
+    """
+    number, other = (np.array([len(angles) for angles in rings], np.int64) for rings in (outer, inner))
+    least, same = np.full(len(number), np.pi), number == other
+    for sheets in np.unique(number[same & (number > 0)]):
+        rows = np.flatnonzero(same & (number == sheets))
+        out, near = (np.array([rings[row] for row in rows]) for rings in (outer, inner))
+        least[rows] = np.diff(out, append=out[:, :1] + 2 * np.pi).min(axis=1)
+        turns = np.array([np.abs((np.roll(near, k, axis=1) - out + np.pi) % (2 * np.pi) - np.pi) for k in (-1, 0, 1)])
+        same[rows] = turns.max(axis=2).min(axis=0) < _STRAIGHT
+    return number, least, same
 
 
 def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
