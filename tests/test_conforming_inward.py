@@ -12,7 +12,7 @@ CURVED = ["x^2 + y^2 = z^3", "x^2 + y^2 = z^4", "x^2 + y^2*z - z^3", "x^2 + y^2 
 
 
 def unrefined(surface: Surface, monkeypatch: pytest.MonkeyPatch) -> Mesh:
-    place = "implicit.polygonizers.conforming.assemble.refine_inwards"
+    place = "implicit.polygonizers.conforming.draw.refine_inwards"
     with monkeypatch.context() as patch:
         patch.setattr(place, lambda local, mesh, special, fixed: mesh)
         return conforming(surface, 0.8, 32)
@@ -61,7 +61,7 @@ def test_cones_that_share_a_face_stay_as_they_are():
 def test_faces_that_are_turned_from_the_start_do_not_keep_the_search_going():
     """Only faces that halving would turn give up their spokes; those that faced away before stay as they are."""
     surface = Surface("x^2 + y^2 = z^3")
-    place = "implicit.polygonizers.conforming.assemble.refine_inwards"
+    place = "implicit.polygonizers.conforming.draw.refine_inwards"
     taken = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(place, lambda *arguments: taken.append(arguments) or arguments[1])

@@ -104,31 +104,33 @@ def cut_along(
     whole, faces = faces[deep], faces[~deep]
     movable = np.abs(height) < _NEAR * rim.cell
     movable &= _crossing(height, faces)
-    movable[_behind(vertices, height, faces[movable[faces].sum(axis=1) > 1], movable)] = False
     on = np.zeros(len(vertices), bool)
     if fixed is not None:
         movable &= ~fixed
         on = fixed & (np.abs(height) < _ON * rim.cell)
+    movable[_behind(vertices, height, faces, movable)] = False
+    old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
+    vertices[movable], normals[movable] = rim.reach(vertices[movable])
     while True:
         side = np.where(movable | on, 0, np.where(height < 0, -1, 1)).astype(np.int8)
         kept, cut = _cut(side, faces, height)
-        bad = split_vertices(kept, find_edges(kept, len(vertices) + len(cut)))
-        bad = bad[bad < len(vertices)]
+        a, b = height[cut[:, 0]][:, None], height[cut[:, 1]][:, None]
+        fresh = rim.reach((old[cut[:, 0]] * b - old[cut[:, 1]] * a) / (b - a))
+        places, upright = (np.concatenate(pair) for pair in zip((vertices, normals), fresh, strict=True))
+        bad = np.append(split_vertices(kept, find_edges(kept, len(places))), _turned(places, upright, kept))
+        bad = bad[bad < len(old)]
         bad = bad[movable[bad]]
         if not len(bad):
-            break
+            return places, upright, np.concatenate([whole, kept])
         movable[bad] = False
-    vertices, normals = vertices.copy(), normals.copy()
-    move = np.flatnonzero(movable)
-    a, b = height[cut[:, 0]][:, None], height[cut[:, 1]][:, None]
-    fresh = (vertices[cut[:, 0]] * b - vertices[cut[:, 1]] * a) / (b - a)
-    places, directions = rim.reach(np.concatenate([vertices[move], fresh]))
-    vertices[move], normals[move] = places[: len(move)], directions[: len(move)]
-    vertices, normals = (
-        np.concatenate([vertices, places[len(move) :]]),
-        np.concatenate([normals, directions[len(move) :]]),
-    )
-    return vertices, normals, np.concatenate([whole, kept])
+        vertices[bad], normals[bad] = old[bad], ups[bad]
+
+
+def _turned(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> IntArray:
+    """The vertices of faces that look away from the normals at their corners."""
+    a, b, c = faces.T
+    across = np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a])
+    return faces[np.einsum("ij,ij->i", across, normals[a] + normals[b] + normals[c]) < 0].ravel()
 
 
 def _crossing(height: FloatArray, faces: IntArray) -> NDArray[np.bool_]:
@@ -141,11 +143,19 @@ def _crossing(height: FloatArray, faces: IntArray) -> NDArray[np.bool_]:
 
 
 def _behind(vertices: FloatArray, height: FloatArray, faces: IntArray, movable: NDArray[np.bool_]) -> IntArray:
-    """The farther ends of the sides of faces across the wall whose ends are movable: both would come to one place."""
+    """Of movable vertices those that would come to the place of others: the farther ends of sides across the wall, and
+    the farthest corners of faces that have only such.
+    """
+    faces = faces[movable[faces].sum(axis=1) > 1]
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     a, b = ends[movable[ends].all(axis=1)].T
     across = np.abs(height[a] - height[b]) > _ACROSS * np.linalg.norm(vertices[a] - vertices[b], axis=1)
-    return np.where(np.abs(height[a]) > np.abs(height[b]), a, b)[across]
+    behind = np.where(np.abs(height[a]) > np.abs(height[b]), a, b)[across]
+    left = movable.copy()
+    left[behind] = False
+    flat = faces[left[faces].all(axis=1)]
+    farthest = np.abs(height[flat]).argmax(axis=1)
+    return np.append(behind, np.take_along_axis(flat, farthest[:, None], axis=1))
 
 
 def _cut(side: NDArray[np.int8], faces: IntArray, height: FloatArray) -> tuple[IntArray, IntArray]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,30 +10,24 @@ from numpy.typing import NDArray
 
 from implicit.domain import Bounds, Box, to_bounds
 from implicit.mesh import Mesh, assemble
-from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.block import Block, put_cones
 from implicit.polygonizers.conforming.check import (
     BENT,
     TURN,
     boxes_of,
-    boxes_round,
     cells_of,
     hidden,
     not_singular,
     turning,
 )
+from implicit.polygonizers.conforming.draw import Draft, Sweep, draw
 from implicit.polygonizers.conforming.grid import Grid
-from implicit.polygonizers.conforming.inward import refine_inwards
-from implicit.polygonizers.conforming.join import join_patch
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.region import cells_round
 from implicit.polygonizers.conforming.resolve import Cells, can_be_tried, outside, plan, resolve
-from implicit.polygonizers.conforming.ribbon import Ragged, lay_ribbons
+from implicit.polygonizers.conforming.rim import Ragged
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
-from implicit.polygonizers.weld import fill_normals, list_marked, weld
+from implicit.polygonizers.weld import fill_normals, weld
 from implicit.work import Job, Progress, check_workers
 
 if TYPE_CHECKING:
@@ -50,49 +42,6 @@ _PATIENCE = 60.0
 """Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
 """Where the sweep turns out too coarse, tetrahedra are tried in its place."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Sweep:
-    """The mesh of the sweep, and where in the lattice with one more cell all round each vertex is."""
-
-    grid: Grid
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-
-    @cached_property
-    def _cells(self) -> IntArray:
-        size = self.grid.cells + 2
-        x, y, z = (self.grid.to_units(self.vertices) + 1).astype(np.int64).T
-        return np.asarray((x * size[1] + y) * size[2] + z)
-
-    def near(self, cells: IntArray) -> IntArray:
-        """The rows of faces with a vertex in some cells (n, 3) or beside them; all faces within the cells are there."""
-        size = self.grid.cells + 2
-        meant = np.zeros(int(size.prod()), np.bool_)
-        meant[np.ravel_multi_index(tuple(cells_round(cells.astype(float) + 1, 1, size).T), tuple(size))] = True
-        return np.asarray(list_marked(self.faces, meant[self._cells]))
-
-
-@dataclass(eq=False)
-class _Draft:
-    """A mesh in the making: `special` vertices at singular points, `curves` along singular curves, doubtful boxes.
-
-    normals are 0 at singular vertices.
-    """
-
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-    special: IntArray
-    curves: list[IntArray] = field(default_factory=list)
-    doubts: list[FloatArray] = field(default_factory=list)
-
-    @cached_property
-    def singular(self) -> IntArray:
-        """All vertices on the singular set."""
-        return np.unique(np.concatenate([self.special, *self.curves]))
 
 
 def conforming_if_singular(
@@ -155,83 +104,40 @@ def conforming(
     local = Local(surface.field, grid, tuple(rims(domain, surface.field, grid.step)))
     sampler = choose_sampler(surface, grid.lattice)
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
-    sweep = _Sweep(grid, *weld(marched.vertices, marched.normals, marched.faces, marched.pinned))
+    sweep = Sweep(grid, *weld(marched.vertices, marched.normals, marched.faces, marched.pinned))
+    draft, skipped = _drawn(sweep, local, locus)
+    draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
+    return _finish(draft, domain, local, skipped)
+
+
+def _drawn(sweep: Sweep, local: Local, locus: SingularLocus) -> tuple[Draft, list[Cells]]:
+    """The mesh before it is cut to the bounds, and the cells in which singular points are known."""
     coarse = _coarse(sweep, local)
     first = plan(local, locus, coarse)
     seeds, hood, whole = first.seeds, None, frozenset[int]()
     while True:
         for _ in range(_PASSES):
             blocks, hood = resolve(local, locus, first, seeds, hood, whole)
-            skipped = [block.holds for block in blocks] + ([hood.holds] if hood else [])
-            fresh = outside(coarse, skipped[: len(blocks)])
+            skipped = [block.holds for block in blocks]
+            fresh = outside(coarse, skipped)
             fresh = fresh[~hood.takes(fresh)] if hood else fresh
             if not len(fresh) or not can_be_tried(local, fresh):
                 break
             seeds = np.concatenate([seeds, fresh])
         try:
-            draft = _draw(sweep, local, blocks, hood)
-            break
-        except Ragged as ragged:
+            return draw(sweep, local, blocks, hood), [*skipped, *([hood.holds] if hood else [])]
+        except Ragged as ragged:  # tetrahedra do what ribbons cannot
             whole, hood = whole | {ragged.arc}, None
-    draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]
-    return _finish(draft, domain, local, skipped)
 
 
-def _draw(sweep: _Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | None) -> _Draft:
-    """The sweep with cones in the blocks, the patch of a neighbourhood in place of what is there, and its ribbons."""
-    grid, first = sweep.grid, len(sweep.vertices)
-    zone = hood.zones.cells(grid.cells) if hood else np.zeros((0, 3), np.int64)
-    cells = [block.cells for block in blocks] + ([hood.cells] if hood else [])
-    near = sweep.near(np.concatenate([zone, *cells]))
-    part = sweep.faces[near]
-    gone, cones = put_cones(sweep.vertices[part], part, grid, blocks, first)
-    new, fresh, special = [np.array([b.point for b in blocks]).reshape(-1, 3)], [cones], first + np.arange(len(blocks))
-    curves: list[IntArray] = []
-    numbers: list[IntArray] = []
-    doubts = []
-    if hood:
-        on, start = hood.skeleton.on, first + len(blocks)
-        numbers, more = hood.threads(start)
-        places_in_doubt = hood.doubtful
-        if hood.patch:
-            (inside, patch), places, missing = join_patch(
-                sweep.vertices, part, grid, hood.patch, np.concatenate([on, more]), start
-            )
-            gone |= inside
-            new.append(places)
-            fresh.append(patch)
-            places_in_doubt = np.concatenate([places_in_doubt, on if missing else on[:0]])
-        else:
-            new.append(grid.to_points(more))
-        special = np.concatenate([special, start + np.arange(len(hood.skeleton.balls))])
-        for course, number in zip(hood.courses, numbers, strict=True):
-            ends = [[start + end[0]] if end else [] for end in (course.start, course.end)]
-            curves.append(np.array([*ends[0], *number, *ends[1]], np.int64))
-        doubts = [boxes_round(grid.to_points(places_in_doubt), grid.step)]
-    stay = np.ones(len(sweep.faces), bool)
-    stay[near[gone]] = False
-    added = np.concatenate(new)
-    vertices, normals = np.concatenate([sweep.vertices, added]), np.concatenate([sweep.normals, np.zeros_like(added)])
-    normals[first:] = unit(local.field.gradients(added)[1])
-    fixed = np.zeros(len(vertices), bool)
-    fixed[np.concatenate([special, *curves])] = True
-    normals[fixed] = 0
-    mesh = refine_inwards(local, (vertices, normals, np.concatenate(fresh)), special, fixed)
-    if hood and hood.zones.stretches:
-        stay[near] = False
-        old = part[~gone]
-        mesh = lay_ribbons(local, (mesh[0], mesh[1], np.concatenate([old, mesh[2]])), hood, numbers, fixed)
-    return _Draft(mesh[0], mesh[1], np.concatenate([sweep.faces[stay], mesh[2]]), special, curves, doubts)
-
-
-def _coarse(sweep: _Sweep, local: Local) -> FloatArray:
+def _coarse(sweep: Sweep, local: Local) -> FloatArray:
     """The middles, in lattice units, of faces of the sweep in the bounds over which the gradient turns too far."""
     bad = sweep.faces[turning(sweep.normals, sweep.faces, np.zeros(0, np.int64), TURN)[0]]
     middles = local.grid.to_units(sweep.vertices[bad].mean(axis=1))
     return middles[local.heights(middles) < 1] if len(middles) else middles
 
 
-def _finish(draft: _Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]) -> Mesh:
+def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]) -> Mesh:
     """The draft cut to the bounds and checked."""
     grid, fixed = local.grid, draft.singular
     vertices, normals, faces = trim((draft.vertices, draft.normals, draft.faces), domain, local.field, grid.step, fixed)

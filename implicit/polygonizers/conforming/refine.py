@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _ROUNDS = 60
-_REACH = 2
+_REACH = 1
 """The region reaches so many cells beyond the cells with new vertices."""
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
 _WAY = np.array([1.0, np.pi, np.e])

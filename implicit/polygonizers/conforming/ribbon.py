@@ -8,52 +8,24 @@ other, or round it; curve and rim are joined in the order of lengths along the c
 #   | / | \ / \ / \ | \ / \ / |
 #   c---c-----c-----c-----c---c   curve
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import cut_along
-from implicit.polygonizers.conforming.block import boundary
 from implicit.polygonizers.conforming.inward import Mesh, split_fans, turned
-from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.local import Local, at_some
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.zone import Stretch, ZoneRim, Zones, onto
+from implicit.polygonizers.conforming.rim import Ragged, Rim, fault, find_rims, in_order
+from implicit.polygonizers.conforming.zone import Stretch, ZoneRim, onto
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_RIM = 0.3
-"""The rim of a zone is less than so many cells away from its boundary."""
-_BACK = 0.3
-"""Along a rim the length along the curve grows; where it falls its vertices are moved, by at most so many cells."""
-_GAP = 0.02
-"""The least growth from one vertex to the next, in cells."""
-_SHORT = 1.5
-"""At an open end a rim may end so many cells early."""
+_SLIVER = 0.01
+"""Triangles smaller than so many squares of a cell may face anywhere."""
 _WIDE = 1.2
 """Triangles are halved that reach so many cells from the curve."""
-
-
-class Ragged(Exception):
-    """The rims round a stretch of an arc are not what its sheets should leave."""
-
-    def __init__(self, arc: int, reason: str) -> None:
-        super().__init__(f"arc {arc}: {reason}")
-        self.arc = arc
-
-
-@dataclass(frozen=True, eq=False)
-class _Rim:
-    """Vertices (n,) along the rim of a sheet, with growing lengths (n,) along the curve; turned: whether the faces
-    of the mesh lie on their right. Closed rims begin and end in the same vertex.
-    """
-
-    stretch: int
-    names: IntArray
-    lengths: FloatArray
-    turned: bool
 
 
 def lay_ribbons(local: Local, mesh: Mesh, hood: Neighbourhood, numbers: list[IntArray], fixed: Flags) -> Mesh:
@@ -84,132 +56,31 @@ def _lay(rim: ZoneRim, mesh: Mesh, curves: list[IntArray], fixed: Flags) -> Mesh
     zones = rim.zones
     vertices, normals, faces = cut_along(rim, *mesh, fixed)
     fixed = np.append(fixed, np.zeros(len(vertices) - len(fixed), bool))
-    rims = _rims(rim, vertices, faces, fixed)
-    vertices, normals, rims = _in_order(rim, vertices, normals, rims)
+    rims = find_rims(rim, vertices, faces, fixed)
+    vertices, normals, rims = in_order(rim, vertices, normals, rims)
     fans = [np.zeros((0, 3), np.int64)]
     for row, (stretch, curve) in enumerate(zip(zones.stretches, curves, strict=True)):
         mine = [part for part in rims if part.stretch == row]
-        if reason := _fault(stretch, mine, curve):
+        if reason := fault(stretch, mine, curve):
             raise Ragged(stretch.course.number, reason)
         for part in mine:
             strip = _zip(part, *_unrolled(stretch, curve, part))
             fans.append(strip[:, [0, 2, 1]] if part.turned else strip)
     vertices, normals, ribbon = _halved(rim, (vertices, normals, np.concatenate(fans)))
     fixed = np.append(fixed, np.zeros(len(vertices) - len(fixed), bool))
-    bad = turned(vertices, normals, fixed, ribbon)
-    if bad.any():
-        middle = vertices[ribbon[bad][:1]].mean(axis=1)
-        nearest = zones.measure(rim.local.grid.to_units(middle)).owner[0]
+    on_rim = np.zeros(len(vertices), bool)
+    on_rim[np.concatenate([np.zeros(0, np.int64), *(part.names for part in rims)])] = True
+    looked = np.concatenate([ribbon, faces[at_some(on_rim, faces)]])
+    bad = looked[turned(vertices, normals, fixed, looked)]
+    a, b, c = (vertices[bad[:, k]] for k in range(3))
+    bad = bad[np.linalg.norm(np.cross(b - a, c - a), axis=1) > _SLIVER * rim.cell**2]
+    if len(bad):
+        nearest = zones.measure(rim.local.grid.to_units(vertices[bad[:1]].mean(axis=1))).owner[0]
         raise Ragged(zones.stretches[nearest].course.number, "turned over")
     return vertices, normals, np.concatenate([faces, ribbon])
 
 
-def _rims(rim: ZoneRim, vertices: FloatArray, faces: IntArray, fixed: Flags) -> list[_Rim]:
-    """The rims of all sheets."""
-    zones = rim.zones
-    edges = boundary(faces)
-    names, inverse = np.unique(edges, return_inverse=True)
-    feet = zones.measure(rim.local.grid.to_units(vertices[names]))
-    owner, along, depth = feet.owner, feet.along, feet.depth
-    edge = inverse.reshape(-1, 2)
-    close = np.abs(depth) < _RIM
-    for row, stretch in enumerate(zones.stretches):
-        if not stretch.closed:
-            ends = stretch.lengths[[0, -1]]
-            for there, free in zip(ends, stretch.open, strict=True):
-                if free:
-                    close &= (owner != row) | (along != there)
-    edge = edge[close[edge].all(axis=1)]
-    return [_rim(zones, owner[chain], names[chain], along[chain]) for chain in _chains(edge, fixed[names])]
-
-
-def _chains(edges: IntArray, stops: Flags) -> list[IntArray]:
-    """The edges (n, 2) put one behind the other, from vertices where others end, begin or meet, or round."""
-    follow = {a: b for a, b in edges.tolist() if not stops[a]}
-    ends = {b for _, b in edges.tolist() if not stops[b]}
-    begin = [(a, b) for a, b in edges.tolist() if stops[a] or a not in ends]
-    chains = []
-    for a, b in begin:
-        chain = [a, b]
-        if not stops[a]:
-            del follow[a]
-        while chain[-1] in follow:
-            chain.append(follow.pop(chain[-1]))
-        chains.append(np.array(chain))
-    while follow:
-        chain = list(follow.popitem())
-        while chain[-1] in follow:
-            chain.append(follow.pop(chain[-1]))
-        chains.append(np.array(chain))
-    return chains
-
-
-def _rim(zones: Zones, owner: IntArray, names: IntArray, along: FloatArray) -> _Rim:
-    """The rim through these vertices."""
-    row = int(owner[0])
-    if (owner != row).any():
-        raise Ragged(zones.stretches[row].course.number, "two rims in one")
-    stretch = zones.stretches[row]
-    if stretch.closed:
-        length = stretch.lengths[-1]
-        steps = (np.diff(along) + length / 2) % length - length / 2
-        ahead = steps * np.sign(steps.sum())
-        first = int(np.argmax(np.minimum(ahead, np.roll(ahead, 1))))  # begin where the rim is in order
-        names = np.concatenate([names[first:-1], names[: first + 1]])
-        along = along[first] + np.append(0.0, np.cumsum(np.roll(steps, -first)))
-    backwards = bool(along[-1] < along[0])
-    if backwards:
-        names, along = names[::-1], along[::-1]
-    return _Rim(row, names, along, backwards)
-
-
-def _in_order(
-    rim: ZoneRim, vertices: FloatArray, normals: FloatArray, rims: list[_Rim]
-) -> tuple[FloatArray, FloatArray, list[_Rim]]:
-    """Vertices, normals and rims with those vertices moved along the curve by which a rim went back."""
-    result, moved, shifts = [], [np.zeros(0, np.int64)], [np.zeros(0)]
-    for part in rims:
-        even = _GAP * np.arange(len(part.names))
-        rest = part.lengths - even
-        lengths = even + (np.maximum.accumulate(rest) + np.minimum.accumulate(rest[::-1])[::-1]) / 2
-        stretch = rim.zones.stretches[part.stretch]
-        held = ((part.lengths <= stretch.lengths[0]) | (part.lengths >= stretch.lengths[-1])) & (not stretch.closed)
-        held[[0, -1]] |= stretch.closed  # one vertex
-        lengths = np.where(held, part.lengths, lengths)
-        shift = lengths - part.lengths
-        if np.abs(shift).max() > _BACK:
-            raise Ragged(stretch.course.number, "a rim goes back")
-        rows = np.flatnonzero(shift)
-        moved.append(part.names[rows])
-        shifts.append(shift[rows])
-        result.append(_Rim(part.stretch, part.names, lengths, part.turned))
-    names, shift = np.concatenate(moved), np.concatenate(shifts)
-    grid = rim.local.grid
-    units = grid.to_units(vertices[names])
-    units = units + shift[:, None] * rim.zones.measure(units).way
-    vertices, normals = vertices.copy(), normals.copy()
-    vertices[names], normals[names] = rim.reach(grid.to_points(units))
-    return vertices, normals, result
-
-
-def _fault(stretch: Stretch, rims: list[_Rim], curve: IntArray) -> str:
-    """What keeps the sheets of a stretch from having one rim each, from end to end; nothing if they do."""
-    ends = stretch.lengths[[0, -1]]
-    if stretch.closed:
-        rounds = [(part.lengths[-1] - part.lengths[0]) / ends[1] for part in rims]
-        whole = all(part.names[0] == part.names[-1] for part in rims) and abs(sum(rounds) - stretch.sheets) < 1e-6
-        return "" if whole else "rims do not go round"
-    if len(rims) != stretch.sheets:
-        return f"{len(rims)} rims of {stretch.sheets} sheets"
-    for side, free in zip((0, -1), stretch.open, strict=True):
-        if free and any(abs(part.lengths[side] - ends[side]) > _SHORT for part in rims):
-            return "rims end too early"
-        if not free and any(part.names[side] != curve[side] for part in rims):
-            return "rims end beside the curve"
-    return ""
-
-
-def _unrolled(stretch: Stretch, numbers: IntArray, rim: _Rim) -> tuple[IntArray, FloatArray]:
+def _unrolled(stretch: Stretch, numbers: IntArray, rim: Rim) -> tuple[IntArray, FloatArray]:
     """The stations along a rim, and their lengths, which go on where the rim goes round."""
     if not stretch.closed:
         return numbers, stretch.lengths
@@ -222,7 +93,7 @@ def _unrolled(stretch: Stretch, numbers: IntArray, rim: _Rim) -> tuple[IntArray,
     return names[row % len(names)], lengths[row % len(names)] + (row // len(names) + shift) * length
 
 
-def _zip(rim: _Rim, names: IntArray, lengths: FloatArray) -> IntArray:
+def _zip(rim: Rim, names: IntArray, lengths: FloatArray) -> IntArray:
     """Triangles (n, 3) between a rim and a curve, in the order of the middles of their edges; apexes come first."""
     outer, inner = ((s[1:] + s[:-1]) / 2 for s in (rim.lengths, lengths))
     outer = np.maximum.accumulate(outer)

@@ -1,0 +1,134 @@
+"""The mesh drawn: the sweep, with cones in blocks, tetrahedra's triangles in a patch, and ribbons along curves."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.polygonizers.clip import unit
+from implicit.polygonizers.conforming.block import Block, put_cones
+from implicit.polygonizers.conforming.check import boxes_round
+from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.inward import refine_inwards
+from implicit.polygonizers.conforming.join import join_patch
+from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
+from implicit.polygonizers.conforming.region import cells_round
+from implicit.polygonizers.conforming.ribbon import lay_ribbons
+from implicit.polygonizers.weld import list_marked
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """The mesh of the sweep, and where in the lattice with one more cell all round each vertex is."""
+
+    grid: Grid
+    vertices: FloatArray
+    normals: FloatArray
+    faces: IntArray
+
+    @cached_property
+    def _cells(self) -> IntArray:
+        size = self.grid.cells + 2
+        x, y, z = (self.grid.to_units(self.vertices) + 1).astype(np.int64).T
+        return np.asarray((x * size[1] + y) * size[2] + z)
+
+    def near(self, cells: IntArray) -> IntArray:
+        """The rows of faces with a vertex in some cells (n, 3) or beside them; all faces within the cells are there."""
+        size = self.grid.cells + 2
+        meant = np.zeros(int(size.prod()), np.bool_)
+        meant[np.ravel_multi_index(tuple(cells_round(cells.astype(float) + 1, 1, size).T), tuple(size))] = True
+        return np.asarray(list_marked(self.faces, meant[self._cells]))
+
+
+@dataclass(eq=False)
+class Draft:
+    """A mesh in the making: `special` vertices at singular points, `curves` along singular curves, doubtful boxes.
+
+    normals are 0 at singular vertices.
+    """
+
+    vertices: FloatArray
+    normals: FloatArray
+    faces: IntArray
+    special: IntArray
+    curves: list[IntArray] = field(default_factory=list)
+    doubts: list[FloatArray] = field(default_factory=list)
+
+    @cached_property
+    def singular(self) -> IntArray:
+        """All vertices on the singular set."""
+        return np.unique(np.concatenate([self.special, *self.curves]))
+
+
+@dataclass(eq=False)
+class _Added:
+    """What comes to the sweep: places (n, 3) and faces between them. Of the faces that are near, those `gone` leave.
+
+    special and curves: the numbers of vertices on the singular set; stations: of those of each course.
+    """
+
+    gone: NDArray[np.bool_]
+    places: list[FloatArray]
+    faces: list[IntArray]
+    special: IntArray
+    curves: list[IntArray] = field(default_factory=list)
+    stations: list[IntArray] = field(default_factory=list)
+    doubts: list[FloatArray] = field(default_factory=list)
+
+
+def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | None) -> Draft:
+    """The sweep with cones in the blocks, the patch of a neighbourhood in place of what is there, and its ribbons.
+
+    Raises Ragged where ribbons cannot be laid.
+    """
+    first = len(sweep.vertices)
+    cells = [block.cells for block in blocks] + ([hood.cells, hood.zones.cells(sweep.grid.cells)] if hood else [])
+    near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
+    part = sweep.faces[near]
+    gone, cones = put_cones(sweep.vertices[part], part, sweep.grid, blocks, first)
+    points = np.array([block.point for block in blocks]).reshape(-1, 3)
+    added = _Added(gone, [points], [cones], first + np.arange(len(blocks)))
+    if hood:
+        _add_neighbourhood(added, sweep, part, hood, first + len(blocks))
+    stay = np.ones(len(sweep.faces), bool)
+    stay[near[added.gone]] = False
+    places = np.concatenate(added.places)
+    vertices, normals = np.concatenate([sweep.vertices, places]), np.concatenate([sweep.normals, np.zeros_like(places)])
+    normals[first:] = unit(local.field.gradients(places)[1])
+    fixed = np.zeros(len(vertices), bool)
+    fixed[np.concatenate([added.special, *added.curves])] = True
+    normals[fixed] = 0
+    vertices, normals, fresh = refine_inwards(
+        local, (vertices, normals, np.concatenate(added.faces)), added.special, fixed
+    )
+    if hood and hood.zones.stretches:
+        stay[near] = False
+        around = vertices, normals, np.concatenate([part[~added.gone], fresh])
+        vertices, normals, fresh = lay_ribbons(local, around, hood, added.stations, fixed)
+    faces = np.concatenate([sweep.faces[stay], fresh])
+    return Draft(vertices, normals, faces, added.special, added.curves, added.doubts)
+
+
+def _add_neighbourhood(added: _Added, sweep: Sweep, part: IntArray, hood: Neighbourhood, first: int) -> None:
+    """Add the vertices on the singular set, numbered from `first` on, and the patch."""
+    grid, on = sweep.grid, hood.skeleton.on
+    added.stations, more = hood.threads(first)
+    on_curves, doubtful = np.concatenate([on, more]), hood.doubtful
+    if hood.patch:
+        (inside, faces), places, missing = join_patch(sweep.vertices, part, grid, hood.patch, on_curves, first)
+        added.gone = added.gone | inside
+        added.places.append(places)
+        added.faces.append(faces)
+        doubtful = np.concatenate([doubtful, on if missing else on[:0]])
+    else:
+        added.places.append(grid.to_points(on_curves))
+    added.special = np.concatenate([added.special, first + np.arange(len(hood.skeleton.balls))])
+    for course, stations in zip(hood.courses, added.stations, strict=True):
+        start, end = ([first + ball[0]] if ball else [] for ball in (course.start, course.end))
+        added.curves.append(np.array([*start, *stations, *end], np.int64))
+    added.doubts = [boxes_round(grid.to_points(doubtful), grid.step)]
