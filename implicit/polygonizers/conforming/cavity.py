@@ -23,6 +23,8 @@ IntArray = NDArray[np.int64]
 _NEAR = 0.22
 """Lattice points nearer to a new vertex than this give way."""
 _SLACK = 1e-7
+_SIMPLEST = 5
+"""Fewer vertices have no Delaunay tetrahedra, for the library that finds them."""
 _FEW = 20
 """For so few vertices a tree of them does not pay."""
 
@@ -110,6 +112,8 @@ def _replace(places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first:
     for number in np.unique(hole):
         used = np.unique(gone[hole == number])
         rows = np.concatenate([used[alive[used]], first + np.flatnonzero(home == number)])
+        if len(rows) < _SIMPLEST:
+            return gone[:0], False
         delaunay = Delaunay(places[rows])
         parts.append((rows, delaunay.simplices.astype(np.int64), delaunay.neighbors.astype(np.int64)))
     filled = _inside(parts, names, keys[alone], first)

@@ -266,7 +266,7 @@ def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArra
     """Middles of the edges of the singular set that are no edges of the tetrahedra."""
     if not len(skeleton.edges):
         return np.zeros((0, 3))
-    size = int(fresh.max()) + 1
+    size = first + len(skeleton.on) + int(fresh.max(initial=0))
     have = pairs_of(fresh) @ np.array([size, 1])
     want = np.sort(skeleton.edges + first, axis=1) @ np.array([size, 1])
     return skeleton.on[skeleton.edges[~np.isin(want, have)]].mean(axis=1)
