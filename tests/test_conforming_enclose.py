@@ -100,3 +100,12 @@ def test_of_what_is_no_polynomial_samples_tell():
     small = wave.grid.to_units(np.array([[[0.0, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0.0]]]))
     large = wave.grid.to_units(np.array([[[0.0, -1.4, 0], [1.4, 1.4, 0], [-1.4, 1.4, 0.0]]]))
     assert plain(wave, small)[0] and not plain(wave, large)[0]
+
+
+def test_segments_lost_in_rounding_are_not_heard() -> None:
+    field = Surface("(x - 1/3)^2 + (y - 1/7)^2*(x + 5)").field
+    local = Local(field, Grid.over(to_bounds(1.0), 16, 6), ())
+    place = local.grid.to_units(np.array([[1 / 3, 1 / 7, 0.2]]))
+    way = np.array([[1.0, 0.3, 0.0]])
+    for size, heard in ((1.0, True), (1e-3, True), (1e-9, False)):
+        assert changes(local, place + size * way, place + size * way[:, [1, 0, 2]]).loud.tolist() == [heard]

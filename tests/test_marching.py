@@ -280,3 +280,17 @@ def test_zeros_at_lattice_points_open_no_hole_in_cayleys_cubic() -> None:
     sides, uses = np.unique(np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0, return_counts=True)
     rim = mesh.vertices[sides[uses == 1]]
     assert np.isclose(np.abs(rim), 2, atol=1e-12).any(axis=2).all()
+
+
+@given(st.floats(0.7, 1.6), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
+@settings(max_examples=15, deadline=None)
+def test_where_a_ball_cuts_no_triangle_but_slivers_is_turned_over(radius: float, dx: float, dy: float) -> None:
+    surface = Surface("(x^2 + y^2 + z^2 + 0.75)^2 - 4*(x^2 + y^2)")
+    mesh = implicit.polygonize(surface, Ball(radius, (dx, dy, 0.1)), resolution=30, method="marching")
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    ups = mesh.normals[mesh.faces].sum(axis=1)
+    facing = np.einsum("ij,ij->i", across, ups)
+    cell = 2 * radius / 30
+    turned = facing <= 0
+    assert turned.sum() <= 2 and (np.linalg.norm(across[turned], axis=1) < 0.05 * cell**2).all()
