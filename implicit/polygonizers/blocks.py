@@ -5,6 +5,8 @@ between the least and the largest coefficient. Blocks are halved until they are 
 all coefficients have one sign by more than rounding can change, in them or in any sample computed on the closed block.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -115,25 +117,43 @@ def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
     return False
 
 
-def find_bricks(tensor: FloatArray, steps: tuple[int, int, int], lattice: Lattice) -> NDArray[np.int32]:
-    """The bricks (n, 3), in the order of the sweep, where the polynomial may change sign.
+@dataclass(frozen=True, eq=False)
+class Dense:
+    """A polynomial as a full table: tensor (a, b, c), the coefficients of x^(a steps[0]) y^(b steps[1]) z^(c steps[2]).
 
-    tensor (a, b, c): the coefficients of x^(a steps[0]) y^(b steps[1]) z^(c steps[2]).
+    `errors`, of the same shape, bound how far the coefficients are off; None means that they are what is meant.
     """
-    turned = np.ascontiguousarray(tensor.transpose(2, 0, 1))
-    sizes = np.abs(turned)
-    degrees = sum(step * (length - 1) for step, length in zip(steps, tensor.shape, strict=True))
-    slack = 16.0 * (degrees + 4) * float(np.finfo(float).eps)
+
+    tensor: FloatArray
+    steps: tuple[int, int, int]
+    errors: FloatArray | None = None
+
+    def clear(self, lattice: Lattice, level: int, mask: NDArray[np.uint8]) -> None:
+        """Set to 0 the entries of `mask`, blocks of 2^level bricks along each axis, where the polynomial keeps one
+        sign.
+        """
+        turned = np.ascontiguousarray(self.tensor.transpose(2, 0, 1))
+        degrees = sum(step * (length - 1) for step, length in zip(self.steps, self.tensor.shape, strict=True))
+        slack = 16.0 * (degrees + 4) * float(np.finfo(float).eps)
+        sizes = np.abs(turned)
+        if self.errors is not None:
+            sizes += self.errors.transpose(2, 0, 1) / slack
+        matrices, far = [], np.zeros((3, max(mask.shape), max(self.tensor.shape)))
+        for axis, length in enumerate(self.tensor.shape):
+            low, high, reach = _ranges(lattice, axis, 2**level, self.steps[axis])
+            matrices.append(to_bernstein(low, high, length - 1))
+            far[axis, : len(reach), :length] = reach[:, None] ** np.arange(length)
+        _clear_blocks(turned, sizes, *matrices, far, slack, mask)
+
+
+def find_bricks(parts: Sequence[Dense], lattice: Lattice) -> NDArray[np.int32]:
+    """The bricks (n, 3), in the order of the sweep, where none of the polynomials is known to keep one sign."""
     level = max(max(lattice.bricks) // _COARSE, 1).bit_length() - 1
     mask = np.ones(tuple(-(-count // 2**level) for count in lattice.bricks), np.uint8)
     while True:
-        matrices, far = [], np.zeros((3, max(mask.shape), max(tensor.shape)))
-        for axis in range(3):
-            low, high, reach = _ranges(lattice, axis, 2**level, steps[axis])
-            matrices.append(to_bernstein(low, high, tensor.shape[axis] - 1))
-            far[axis, : len(reach), : tensor.shape[axis]] = reach[:, None] ** np.arange(tensor.shape[axis])
-        _clear_blocks(turned, sizes, *matrices, far, slack, mask)
-        if level == 0:
+        for part in parts:
+            part.clear(lattice, level, mask)
+        if level == 0 or not mask.any():
             break
         level -= 1
         finer = tuple(-(-count // 2**level) for count in lattice.bricks)

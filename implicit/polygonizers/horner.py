@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.evaluate import PolynomialField
-from implicit.polygonizers.blocks import find_bricks
+from implicit.polygonizers.blocks import Dense, find_bricks
 from implicit.polygonizers.lattice import Lattice
 
 FloatArray = NDArray[np.float64]
@@ -173,7 +173,7 @@ class PolynomialSampler:
         tensor = np.zeros(tuple(places.max(axis=0, initial=0) + 1))
         tensor[tuple(places.T)] = field.coefficients
         if bricks is None:
-            bricks = find_bricks(tensor, (x, y, z), lattice)
+            bricks = find_bricks([Dense(tensor, (x, y, z))], lattice)
         return cls(tensor, (x, y, z), lattice, bricks)
 
     @cached_property
