@@ -55,12 +55,10 @@ def differentiate(
         elif operation <= POW:
             exponent = constants[b, 0] if operation == POW else 0.0
             other = -1
-            if operation in (SIN, COS):
+            if SIN <= operation <= COS:  # the sine may be known where the cosine is wanted
                 other = _find(code, start, count, COS + SIN - operation, a)
-            if other >= 0:
-                _turn(g, registers[other], adjoints[a], 1.0 if operation == SIN else -1.0)
-            else:
-                _unary(operation, g, value, registers[a], adjoints[a], exponent, scratch[2])
+            known = registers[other if other >= 0 else q, :n]
+            _unary(operation, g, known, other >= 0, registers[a], adjoints[a], exponent, scratch[2])
         else:
             free = scratch[0, :n]
             copy(free, g)
@@ -104,13 +102,6 @@ def _find(code: Rows, start: int, count: int, operation: int, a: int) -> int:
 
 
 @njit(**INNER)
-def _turn(g: Floats, other: Floats, to_a: Floats, sign: float) -> None:
-    """The derivative of a sine where the cosine is known, and the other way round."""
-    for k in range(g.shape[0]):
-        to_a[k] += sign * other[k] * g[k] if g[k] != 0.0 else 0.0
-
-
-@njit(**INNER)
 def _binary(operation: int, g: Floats, value: Floats, a: Floats, b: Floats, to_a: Floats, to_b: Floats) -> None:
     n = g.shape[0]
     if operation == MUL:
@@ -132,10 +123,22 @@ def _binary(operation: int, g: Floats, value: Floats, a: Floats, b: Floats, to_a
 
 
 @njit(**INNER)
-def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, exponent: float, scratch: Floats) -> None:
+def _unary(
+    operation: int,
+    g: Floats,
+    value: Floats,
+    turned: bool,
+    a: Floats,
+    to_a: Floats,
+    exponent: float,
+    scratch: Floats,
+) -> None:
+    """An operation on one array; `value` is its result, or, where `turned`, the cosine for a sine and the reverse."""
     n = g.shape[0]
-    factor = scratch[:n]
-    if operation == NEG:
+    factor, sign = (value if turned or operation == EXP else scratch)[:n], -1.0 if operation == COS else 1.0
+    if turned or operation == EXP:
+        pass
+    elif operation == NEG:
         fill(factor, -1.0)
     elif operation == ABS:
         for k in range(n):
@@ -146,17 +149,11 @@ def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, ex
     elif operation == SQRT:
         for k in range(n):
             factor[k] = 0.5 / value[k] if value[k] != 0.0 else 0.0
-    elif operation == EXP:
-        copy(factor, value)
     elif operation == LOG:
         for k in range(n):
             factor[k] = 1.0 / a[k]
-    elif operation == SIN:
-        sine(factor, a, 0.5)
-    elif operation == COS:
-        sine(factor, a, 0.0)
-        for k in range(n):
-            factor[k] = -factor[k]
+    elif SIN <= operation <= COS:
+        sine(factor, a, 0.5 if operation == SIN else 0.0)
     elif operation == ATAN:
         for k in range(n):
             factor[k] = 1.0 / (1.0 + a[k] * a[k])
@@ -164,4 +161,4 @@ def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, ex
         for k in range(n):
             factor[k] = exponent * math.pow(a[k], exponent - 1.0)
     for k in range(n):
-        to_a[k] += g[k] * factor[k] if g[k] != 0.0 else 0.0
+        to_a[k] += g[k] * (sign * factor[k]) if g[k] != 0.0 else 0.0
