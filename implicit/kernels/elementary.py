@@ -23,7 +23,7 @@ OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapp
 INNER = {**OPTIONS, "no_cpython_wrapper": True}  # called by other kernels only
 MAKING = {"_nrt": True}  # added to the options of a kernel that makes arrays
 # A kernel with one caller has inline="always" besides: it is compiled there alone, not at every level above as well.
-_FUSED = {**INNER, "fastmath": {"contract"}}  # a product and a sum may be rounded once, which is more exact
+FUSED = {**OPTIONS, "fastmath": {"contract"}}  # a product and a sum may be rounded once, which is more exact
 
 EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above
 SIN_MOST = 1e5  # beyond, the library's sine
@@ -45,7 +45,7 @@ def fill(out: Floats, value: float) -> None:
         out[k] = value
 
 
-@njit(**_FUSED)
+@njit(**{**INNER, **FUSED})
 def sine(out: Floats, a: Floats, shift: float) -> None:
     """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
     far = False
@@ -74,7 +74,7 @@ def sine(out: Floats, a: Floats, shift: float) -> None:
                 out[k] = math.sin(a[k]) if shift == 0.0 else math.cos(a[k])
 
 
-@njit(**_FUSED)
+@njit(**{**INNER, **FUSED})
 def exponential(out: Floats, a: Floats) -> None:
     """Store exp(a): a = q log 2 + r, a polynomial in r, and 2^q from a table."""
     for k in range(out.shape[0]):

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.bernstein import polar_weights
+from implicit.kernels.elementary import FUSED
 from implicit.polygonizers.lattice import CELLS, Lattice
 
 FloatArray = NDArray[np.float64]
@@ -44,26 +45,21 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     return np.einsum("ims,nms->nim", polar_weights(degree), up[:, of_upper] * low[:, of_lower], order="C")
 
 
-@njit(cache=True, nogil=True)
-def _some(flags: Any) -> bool:
-    found = False
-    for k in range(len(flags)):
-        found |= flags[k] != 0
-    return found
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, slack: float, mask: Any) -> None:
+@njit(**FUSED)
+def _clear_blocks(
+    tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, slack: float, mask: Any, layers: Any, rows: Any,
+    one: Any, two: Any, room: Any,
+) -> None:  # fmt: skip
     """Set to 0 the entries of `mask` (blocks along x, y, z) where the polynomial keeps one sign.
 
     tensor (c, a, b) coefficients, sizes their absolute values, mx my mz matrices to Bernstein form for the blocks along
-    each axis, far (3, blocks, powers) powers of the farthest coordinate in each.
+    each axis, far (3, blocks, powers) powers of the farthest coordinate in each. layers and rows say where `mask` has
+    any entry for bx, and for bx and by. To work in: one, of the tensor's shape, two (c, a b), room (c + 2, a b + c).
     """
     nz, nx, ny = tensor.shape
-    one, two, three = np.empty((nz, nx, ny)), np.empty((nz, nx * ny)), np.empty(nx * ny)
-    size_one, size_two = np.empty((nz, ny)), np.empty(nz)
+    three, size_one, size_two = room[nz, : nx * ny], room[:nz], room[nz + 1]
     for bx in range(mask.shape[0]):
-        if not _some(mask[bx].ravel()):
+        if not layers[bx]:
             continue
         for c in range(nz):
             for b in range(ny):
@@ -76,7 +72,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
                     for b in range(ny):
                         one[c, a, b] += mx[bx, a, e] * tensor[c, e, b]
         for by in range(mask.shape[1]):
-            if not _some(mask[bx, by]):
+            if not rows[bx, by]:
                 continue
             for c in range(nz):
                 size_two[c] = 0.0
@@ -96,7 +92,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
                     mask[bx, by, bz] = _meets(two, mz[bz], size * slack, three)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(**FUSED)
 def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
     """Whether the Bernstein coefficients matrix @ two do not all have one sign; the first and the last row first."""
     nz = len(matrix)
@@ -143,7 +139,10 @@ class Dense:
             low, high, reach = _ranges(lattice, axis, 2**level, self.steps[axis])
             matrices.append(to_bernstein(low, high, length - 1))
             far[axis, : len(reach), :length] = reach[:, None] ** np.arange(length)
-        _clear_blocks(turned, sizes, *matrices, far, slack, mask)
+        nz, nx, ny = turned.shape
+        one, two, room = np.empty(turned.shape), np.empty((nz, nx * ny)), np.empty((nz + 2, nx * ny + nz))
+        layers, rows = mask.any(axis=(1, 2)), mask.any(axis=2)
+        _clear_blocks(turned, sizes, *matrices, far, slack, mask, layers, rows, one, two, room)
 
 
 def find_bricks(parts: Sequence[Dense], lattice: Lattice) -> NDArray[np.int32]:
