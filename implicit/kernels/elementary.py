@@ -121,28 +121,6 @@ def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
 
 
 @njit(**INNER)
-def binary_number(operation: int, out: Floats, a: Floats, number: float, first: bool) -> None:
-    """One operation on an array and a number, the number first or second."""
-    n = out.shape[0]
-    a = a[:n]
-    if operation <= SUB:
-        # number - a is -(a - number), bit for bit but for the sign of 0
-        sign = -1.0 if operation == SUB and first else 1.0
-        shift = -number if operation == SUB else number
-        for k in range(n):
-            out[k] = sign * (a[k] + shift)
-    elif operation == MUL:
-        for k in range(n):
-            out[k] = a[k] * number
-    elif first:
-        for k in range(n):
-            out[k] = number / a[k]
-    else:
-        for k in range(n):
-            out[k] = a[k] / number
-
-
-@njit(**INNER)
 def unary(operation: int, out: Floats, a: Floats, exponent: float) -> None:
     """One operation on one array, NaN where it is no real number; MIN and MAX of one operand are that operand."""
     n = out.shape[0]

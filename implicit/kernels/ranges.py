@@ -24,7 +24,6 @@ from implicit.kernels.elementary import (
     binary,
     copy,
     fill,
-    sine,
     unary,
 )
 from implicit.tape import ABS, ATAN, CONST, COS, DIV, EXP, LOG, MIN, NEG, POW, SIN, SQR, SQRT, SUB
@@ -111,9 +110,7 @@ def _even(low: Floats, high: Floats, al: Floats, ah: Floats, square: bool) -> No
 
 @njit(**INNER)
 def _wave(low: Floats, high: Floats, al: Floats, ah: Floats, shift: float) -> None:
-    """Store sin(a + shift pi): the values at both ends, and 1 or -1 where an extremum lies between."""
-    sine(low, al, shift)
-    sine(high, ah, shift)
+    """Bound sin(a + shift pi) by the values at both ends, given, and 1 or -1 where an extremum lies between."""
     for k in range(low.shape[0]):
         a, b = al[k] * 0.3183098861837907, ah[k] * 0.3183098861837907
         error = _SIN_ERROR * (1.0 + abs(a) + abs(b))
@@ -129,11 +126,7 @@ def _wave(low: Floats, high: Floats, al: Floats, ah: Floats, shift: float) -> No
 
 @njit(**INNER)
 def _rising(operation: int, low: Floats, high: Floats, al: Floats, ah: Floats, exponent: float) -> None:
-    """Store the values at both ends: as they are where they are exact, else moved outward."""
-    unary(operation, low, al, exponent)
-    unary(operation, high, ah, exponent)
-    if operation == NEG or operation >= MIN:
-        return
+    """Move outward the values at both ends, given, of a root, exponential, logarithm, arc tangent or power."""
     error = _EXP_ERROR if operation == EXP else 0.0 if operation == SQRT else _LIBRARY_ERROR
     never_negative = operation == POW or SQRT <= operation <= EXP
     partial = operation != EXP and operation != ATAN
@@ -183,10 +176,8 @@ def enclose(
     `points` scattered boxes. low, high (>= count, >= values), scratch (4, >= values).
     """
     for q in range(count):
-        operation = code[start + q, 0]
-        a = code[start + q, 1]
-        b = code[start + q, 2]
-        mask = 7 if points else code[start + q, 3]
+        row = code[start + q]
+        operation, a, b, mask = row[0], row[1], row[2], (7 if points else row[3])
         n = points if points else _COUNT[mask]
         least, most = low[q, :n], high[q, :n]
         if operation < CONST:
@@ -210,12 +201,14 @@ def enclose(
             continue
         if ABS <= operation <= SQR:
             _even(least, most, al, ah, operation == SQR)
-        elif SIN <= operation <= COS:
+            continue
+        exponent = constants[b if operation == POW else 0, 0]
+        for end in range(2):  # one call for both: each is a copy to compile
+            unary(operation, most if end else least, al if (end == 1) == (operation == NEG) else ah, exponent)
+        if SIN <= operation <= COS:
             _wave(least, most, al, ah, 0.0 if operation == SIN else 0.5)
-        else:
-            exponent = constants[b if operation == POW else 0, 0]
-            falls = operation == NEG
-            _rising(operation, least, most, ah if falls else al, al if falls else ah, exponent)
+        elif NEG < operation < MIN:
+            _rising(operation, least, most, al, ah, exponent)
 
 
 @njit(**INNER, inline="always")

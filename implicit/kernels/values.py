@@ -15,7 +15,6 @@ from implicit.kernels.elementary import (
     Indices,
     Rows,
     binary,
-    binary_number,
     copy,
     fill,
     unary,
@@ -88,7 +87,7 @@ def evaluate(
 ) -> None:
     """Registers 0 .. count-1 of the tape in rows start .. start+count-1 of `code`; the result is the last.
 
-    Registers of numbers are filled only where an operation needs an array.
+    Registers of numbers are filled at scattered points only where an operation needs them.
 
     points 0: a brick, axes (3, SIDE) hold its lattice coordinates. points n > 0: n scattered points, axes (3, >= n)
     hold their coordinates. registers (>= count, >= values), scratch (2, >= values).
@@ -96,10 +95,8 @@ def evaluate(
     were found for; those that depend on no such axis are kept.
     """
     for q in range(count):
-        operation = code[start + q, 0]
-        a = code[start + q, 1]
-        b = code[start + q, 2]
-        mask = 7 if points else code[start + q, 3]
+        row = code[start + q]
+        operation, a, b, mask = row[0], row[1], row[2], (7 if points else row[3])
         if not (moved == EVERYTHING or mask & moved):
             continue
         out = registers[q, : points if points else _COUNT[mask]]
@@ -109,11 +106,6 @@ def evaluate(
         if operation == CONST:
             if not points or q == count - 1:
                 fill(out, constants[a, 0])
-            continue
-        if operation <= DIV and (code[start + a, 0] == CONST) != (code[start + b, 0] == CONST):
-            first = code[start + a, 0] == CONST
-            number = constants[code[start + (a if first else b), 1], 0]
-            binary_number(operation, out, registers[b if first else a], number, first)
             continue
         # one operand, two, or the several of MIN and MAX one after the other
         terms, left = (b if operation >= MIN else (2 if operation <= DIV else 1)), out

@@ -223,10 +223,14 @@ def extract(
         _fetch(words, numbers, points, low_x[1 - (bx & 1), by, bz], low_y[1 - (by & 1), bz], low_z)
         for i in range(points[0]):
             word, key = words[i], (index << 11) + 64 * i
-            if i < own[0]:
-                n = _number((word ^ words[i + 1]) & whole, key, first, codes, n, numbers)
-            n = _number((word ^ (word >> _U(8))) & cut_y, key + 512, first, codes, n, numbers)
-            n = _number((word ^ (word >> _U(1))) & cut_z, key + 1024, first, codes, n, numbers)
+            for axis in range(3):
+                if axis == 0:
+                    crossed = (word ^ words[i + 1]) & whole if i < own[0] else _U(0)
+                elif axis == 1:
+                    crossed = (word ^ (word >> _U(8))) & cut_y
+                else:
+                    crossed = (word ^ (word >> _U(1))) & cut_z
+                n = _number(crossed, key + 512 * axis, first, codes, n, numbers)
         _leave(words, numbers, low_x[bx & 1, by, bz], low_y[by & 1, bz], low_z)
         t = _join(words, own[0], cut_both, numbers, corners, t)
     starts[end] = n
