@@ -50,17 +50,15 @@ def spread(out: Floats, a: Floats, own: int, mask: int) -> None:
     inner = mask & -mask
     middle = (mask ^ inner) & -(mask ^ inner)
     outer = mask ^ inner ^ middle
-    step_middle = SIDE if own & inner else 1
-    step_outer = step_middle * SIDE if own & middle else step_middle
-    place = _U(0)
-    for i in range(SIDE if outer else 1):
-        for j in range(SIDE if middle else 1):
-            source = _U((i * step_outer if own & outer else 0) + (j * step_middle if own & middle else 0))
-            if own & inner:
-                _copy_row(out, place, a, source)
-            else:
-                _fill_row(out, place, a[source])
-            place += _U(SIDE)
+    size = SIDE if own & inner else 1
+    step_middle = size if own & middle else 0
+    step_outer = (size * SIDE if own & middle else size) if own & outer else 0
+    for row in range(_COUNT[mask] // SIDE):  # one loop for both axes: LLVM makes copies of each for what is constant
+        place, source = _U(SIDE * row), _U((row >> 3) * step_outer + (row & 7) * step_middle)
+        if own & inner:
+            _copy_row(out, place, a, source)
+        else:
+            _fill_row(out, place, a[source])
 
 
 @njit(**INNER, inline="always")
