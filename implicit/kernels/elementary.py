@@ -18,8 +18,15 @@ Indices: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 
 # Kernels without _nrt may not make arrays; references to those that they are given need not be counted, which takes
-# time, and more of it to compile.
-OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+# time, and more of it to compile. no_rewrites: there are no sums of whole arrays that loops could be made of.
+OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "no_rewrites": True,
+    "_nrt": False,
+}
 INNER = {**OPTIONS, "no_cpython_wrapper": True}  # called by other kernels only
 MAKING = {"_nrt": True}  # added to the options of a kernel that makes arrays
 # A kernel with one caller has inline="always" besides: it is compiled there alone, not at every level above as well.
