@@ -9,14 +9,13 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.kernels.adjoint import differentiate
+from implicit.kernels.elementary import Rows
 from implicit.kernels.horner import LANES, evaluate_terms
-from implicit.kernels.values import EVERYTHING, SIDE, WIDTH, evaluate
+from implicit.kernels.sweep import Pool
 from implicit.second import hessians_of
 from implicit.tape import Tape
 
 Floats: TypeAlias = NDArray[np.float64]
-_CHUNK = 512  # scattered points that a tape handles together
 
 
 class Field(Protocol):
@@ -98,31 +97,18 @@ class TapeField:
 
     tape: Tape
 
-    def _chunks(self, points: Floats, gradients: Floats | None) -> Floats:
-        tape, n = self.tape, len(self.tape)
-        registers, scratch = np.empty((n, WIDTH)), np.empty((3, WIDTH))
-        adjoints = np.empty((n if gradients is not None else 0, WIDTH))
-        slopes = np.empty((3, WIDTH))
-        result = np.empty(len(points))
-        code, data = tape.code.copy(), (tape.arguments.copy(), tape.constants)  # writable: one signature is compiled
-        for start in range(0, len(points), _CHUNK):
-            axes = np.ascontiguousarray(points[start : start + _CHUNK].T)
-            k = axes.shape[1]
-            evaluate(code, 0, n, *data, axes, k, SIDE, EVERYTHING, registers, scratch)
-            result[start : start + k] = registers[n - 1, :k]
-            if gradients is not None:
-                differentiate(code, 0, n, *data, k, registers, adjoints, slopes, scratch)
-                gradients[start : start + k] = slopes[:, :k].T
-        return result
+    @property
+    def _whole(self) -> Rows:
+        return np.array([[0, 0, 0, 0, len(self.tape)]], np.int32)
 
     def values(self, points: Floats) -> Floats:
         """The values (n,)."""
-        return self._chunks(points, None)
+        return Pool.of(self.tape).values(self._whole, np.array([0, len(points)]), points.T)
 
     def gradients(self, points: Floats) -> tuple[Floats, Floats]:
         """The values (n,) and gradients (n, 3)."""
-        gradients = np.empty((len(points), 3))
-        return self._chunks(points, gradients), gradients
+        values, gradients = Pool.of(self.tape).gradients(self._whole, np.array([0, len(points)]), points.T)
+        return values, np.ascontiguousarray(gradients.T)
 
     def hessians(self, points: Floats) -> Floats:
         """The second derivatives (n, 3, 3)."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.kernels.ranges import enclose
-from implicit.kernels.values import SIDE, WIDTH
+from implicit.kernels.values import WIDTH
 from implicit.tape import Tape
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -26,7 +26,7 @@ def tape_ranges(tape: Tape, boxes: Floats) -> Floats:
     for start in range(0, len(boxes), _CHUNK):
         corners = np.ascontiguousarray(boxes[start : start + _CHUNK].transpose(1, 2, 0))
         k = corners.shape[2]
-        enclose(*data, corners[0], corners[1], k, SIDE, low, high, scratch)
+        enclose(*data, corners[0], corners[1], k, low, high, scratch)
         result[start : start + k, 0] = low[n - 1, :k]
         result[start : start + k, 1] = high[n - 1, :k]
     return result

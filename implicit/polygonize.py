@@ -14,7 +14,7 @@ from implicit.polygonizers.following import drop_pieces, follow, lattice_round, 
 from implicit.polygonizers.lattice import Lattice
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import Sampler, choose_sampler
-from implicit.polygonizers.tetrahedra import march_tetrahedra
+from implicit.polygonizers.smooth import is_smooth
 from implicit.polygonizers.weld import fill_normals, squeeze, weld
 from implicit.work import Job, Progress, check_workers
 
@@ -76,7 +76,7 @@ def polygonize(
         from implicit.polygonizers.conforming import conforming
 
         return conforming(surface, domain, int(resolution), progress=progress, workers=workers)
-    if method == "auto" and seeds is None:
+    if method == "auto" and seeds is None and not is_smooth(surface.field, domain):
         from implicit.polygonizers.conforming import conforming_if_singular
 
         mesh = conforming_if_singular(surface, domain, int(resolution), progress, workers)
@@ -134,7 +134,12 @@ def _mesh(
 ) -> Mesh:
     """Sweep, join what meets at lattice points, keep what the seeds lie on, cut along the ball."""
     job = Job(len(sampler.bricks), progress, check_workers(workers))
-    marched = (march if decomposition == "cube" else march_tetrahedra)(sampler, job)
+    if decomposition == "cube":
+        marched = march(sampler, job)
+    else:
+        from implicit.polygonizers.tetrahedra import march_tetrahedra
+
+        marched = march_tetrahedra(sampler, job)
     step = sampler.lattice.step
     vertices, normals, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
     if seeds is not None:

@@ -7,6 +7,7 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 
 from implicit import Surface, x, y, z
 from implicit.kernels.adjoint import differentiate
@@ -34,11 +35,16 @@ def random_solid(seed, parts=12):
     return solid
 
 
+@njit
+def repeat(out, register, mask):
+    spread(out, register, mask, 7)
+
+
 def brick(code, start, count, tape, arguments, axes):
     registers, scratch = np.empty((count, WIDTH)), np.empty((3, WIDTH))
-    evaluate(code, start, count, arguments, tape.constants, axes, 0, SIDE, EVERYTHING, registers, scratch)
+    evaluate(code, start, count, arguments, tape.constants, axes, 0, EVERYTHING, registers, scratch)
     out = np.empty(512)
-    spread(out, registers[count - 1], code[start + count - 1, 3], 7, SIDE)
+    repeat(out, registers[count - 1], np.int64(code[start + count - 1, 3]))
     return out
 
 
@@ -105,15 +111,13 @@ def test_shortened_tapes_change_no_bit(seed, scale):
         edges[:, :4].copy(),
         edges[:, 1:].copy(),
         0,
-        4,
         low,
         high,
         np.empty((5, WIDTH)),
     )
     for i, j, k in rng.integers(0, 4, (3, 3)):
-        rows, end = shorten(
-            code, 0, n, arguments, tape.constants, low, high, i, j, k, 4, n, m, np.empty((3, n), np.int32)
-        )
+        box, work = 16 * i + 4 * j + k, np.empty((4, max(n, m)), np.int32)
+        rows, end = shorten(code, 0, n, arguments, tape.constants, low, high, box, n, m, work)
         assert rows <= n and end <= 2 * m
         start = 0 if rows == n and end == m else n
         axes = np.stack([np.linspace(edges[a, q], edges[a, q + 1], SIDE) for a, q in enumerate((i, j, k))])
@@ -127,7 +131,7 @@ def test_shortened_tapes_change_no_bit(seed, scale):
 def gradients(code, start, count, tape, arguments, points):
     registers, adjoints, scratch = np.empty((count, WIDTH)), np.empty((count, WIDTH)), np.empty((3, WIDTH))
     found = np.empty((3, WIDTH))
-    evaluate(code, start, count, arguments, tape.constants, points, 512, SIDE, EVERYTHING, registers, scratch)
+    evaluate(code, start, count, arguments, tape.constants, points, 512, EVERYTHING, registers, scratch)
     differentiate(code, start, count, arguments, tape.constants, 512, registers, adjoints, found, scratch)
     return found[:, :512]
 

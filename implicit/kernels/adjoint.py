@@ -34,9 +34,8 @@ def differentiate(
     for axis in range(3):
         fill(gradients[axis, :n], 0.0)
     for q in range(count - 1, -1, -1):
-        operation = code[start + q, 0]
-        a = code[start + q, 1]
-        b = code[start + q, 2]
+        row = code[start + q]
+        operation, a, b = row[0], row[1], row[2]
         g = adjoints[q, :n]
         value = registers[q, :n]
         if operation < CONST:
@@ -45,22 +44,20 @@ def differentiate(
                 total[k] += g[k]
         elif operation == CONST:
             continue
-        elif operation <= DIV and (code[start + a, 0] == CONST) != (code[start + b, 0] == CONST):
-            first = code[start + a, 0] == CONST
-            number = constants[code[start + (a if first else b), 1], 0]
-            other = b if first else a
-            _with_number(operation, g, value, registers[other], adjoints[other], number, first)
         elif operation <= DIV:
-            _binary(operation, g, value, registers[a], registers[b], adjoints[a], adjoints[b])
+            for turn in range(2):
+                own, other = (b, a) if turn else (a, b)
+                if code[start + own, 0] != CONST:
+                    _binary(operation, turn == 0, g, value, registers[other], registers[own], adjoints[own])
         elif operation <= POW:
-            exponent = constants[b, 0] if operation == POW else 0.0
-            other = -1
-            if operation in (SIN, COS):
+            exponent, known = constants[b if operation == POW else 0, 0], value
+            if SIN <= operation <= COS:
+                # the derivative of one is the other, which the tape may have
                 other = _find(code, start, count, COS + SIN - operation, a)
-            if other >= 0:
-                _turn(g, registers[other], adjoints[a], 1.0 if operation == SIN else -1.0)
-            else:
-                _unary(operation, g, value, registers[a], adjoints[a], exponent, scratch[2])
+                known = registers[other, :n] if other >= 0 else scratch[2, :n]
+                if other < 0:
+                    sine(known, registers[a], 0.5 if operation == SIN else 0.0)
+            _unary(operation, g, known, registers[a], adjoints[a], exponent, scratch[2])
         else:
             free = scratch[0, :n]
             copy(free, g)
@@ -74,27 +71,6 @@ def differentiate(
 
 
 @njit(**INNER)
-def _with_number(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, number: float, first: bool) -> None:
-    """An operation on an array and a number, the number first or second."""
-    n = g.shape[0]
-    if operation == DIV and first:
-        for k in range(n):
-            to_a[k] -= g[k] / a[k] * value[k] if g[k] != 0.0 else 0.0
-        return
-    factor = 1.0
-    if operation == MUL:
-        factor = number
-    elif operation == SUB and first:
-        factor = -1.0
-    if operation == DIV:
-        for k in range(n):
-            to_a[k] += g[k] / number
-    else:
-        for k in range(n):
-            to_a[k] += g[k] * factor
-
-
-@njit(**INNER)
 def _find(code: Rows, start: int, count: int, operation: int, a: int) -> int:
     """The register with this operation on register a, or -1."""
     for q in range(count):
@@ -104,38 +80,32 @@ def _find(code: Rows, start: int, count: int, operation: int, a: int) -> int:
 
 
 @njit(**INNER)
-def _turn(g: Floats, other: Floats, to_a: Floats, sign: float) -> None:
-    """The derivative of a sine where the cosine is known, and the other way round."""
-    for k in range(g.shape[0]):
-        to_a[k] += sign * other[k] * g[k] if g[k] != 0.0 else 0.0
-
-
-@njit(**INNER)
-def _binary(operation: int, g: Floats, value: Floats, a: Floats, b: Floats, to_a: Floats, to_b: Floats) -> None:
+def _binary(operation: int, first: bool, g: Floats, value: Floats, other: Floats, own: Floats, to: Floats) -> None:
+    """What an operation on two arrays gives to one of them, `own`, the first or the second."""
     n = g.shape[0]
     if operation == MUL:
         for k in range(n):
-            to_a[k] += g[k] * b[k]
+            to[k] += g[k] * other[k]
+    elif operation == DIV and first:
         for k in range(n):
-            to_b[k] += g[k] * a[k]
+            to[k] += g[k] / other[k] if g[k] != 0.0 else 0.0
     elif operation == DIV:
         for k in range(n):
-            to_a[k] += g[k] / b[k] if g[k] != 0.0 else 0.0
-        for k in range(n):
-            to_b[k] -= g[k] / b[k] * value[k] if g[k] != 0.0 else 0.0
+            to[k] -= g[k] / own[k] * value[k] if g[k] != 0.0 else 0.0
     else:
-        sign = -1.0 if operation == SUB else 1.0
+        sign = -1.0 if operation == SUB and not first else 1.0
         for k in range(n):
-            to_a[k] += g[k]
-        for k in range(n):
-            to_b[k] += sign * g[k]
+            to[k] += sign * g[k]
 
 
 @njit(**INNER)
 def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, exponent: float, scratch: Floats) -> None:
+    """What an operation on one array gives to it; `value` is its result, or the cosine for a sine and the reverse."""
     n = g.shape[0]
-    factor = scratch[:n]
-    if operation == NEG:
+    factor, sign = scratch[:n], -1.0 if operation == COS else 1.0
+    if operation == EXP or SIN <= operation <= COS:
+        factor = value
+    elif operation == NEG:
         fill(factor, -1.0)
     elif operation == ABS:
         for k in range(n):
@@ -146,17 +116,9 @@ def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, ex
     elif operation == SQRT:
         for k in range(n):
             factor[k] = 0.5 / value[k] if value[k] != 0.0 else 0.0
-    elif operation == EXP:
-        copy(factor, value)
     elif operation == LOG:
         for k in range(n):
             factor[k] = 1.0 / a[k]
-    elif operation == SIN:
-        sine(factor, a, 0.5)
-    elif operation == COS:
-        sine(factor, a, 0.0)
-        for k in range(n):
-            factor[k] = -factor[k]
     elif operation == ATAN:
         for k in range(n):
             factor[k] = 1.0 / (1.0 + a[k] * a[k])
@@ -164,4 +126,4 @@ def _unary(operation: int, g: Floats, value: Floats, a: Floats, to_a: Floats, ex
         for k in range(n):
             factor[k] = exponent * math.pow(a[k], exponent - 1.0)
     for k in range(n):
-        to_a[k] += g[k] * factor[k] if g[k] != 0.0 else 0.0
+        to_a[k] += g[k] * (sign * factor[k]) if g[k] != 0.0 else 0.0

@@ -10,17 +10,27 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.tape import ABS, ADD, ATAN, COS, DIV, EXP, LOG, MIN, MUL, NEG, SIN, SQR, SQRT, SUB
+from implicit.tape import ABS, ADD, ATAN, DIV, EXP, LOG, MIN, MUL, NEG, POW, SIN, SQR, SQRT, SUB
 
 Floats: TypeAlias = NDArray[np.float64]
 Rows: TypeAlias = NDArray[np.int32]
 Indices: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 
-OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
-INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # called by other kernels only
+# Kernels without _nrt may not make arrays; references to those that they are given need not be counted, which takes
+# time, and more of it to compile. no_rewrites: there are no sums of whole arrays that loops could be made of.
+OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "no_rewrites": True,
+    "_nrt": False,
+}
+INNER = {**OPTIONS, "no_cpython_wrapper": True}  # called by other kernels only
+MAKING = {"_nrt": True}  # added to the options of a kernel that makes arrays
 # A kernel with one caller has inline="always" besides: it is compiled there alone, not at every level above as well.
-_FUSED = {**INNER, "fastmath": {"contract"}}  # a product and a sum may be rounded once, which is more exact
+FUSED = {**OPTIONS, "fastmath": {"contract"}}  # a product and a sum may be rounded once, which is more exact
 
 EXP_LEAST, EXP_MOST = -708.0, 709.0  # exp is 0 below and infinite above
 SIN_MOST = 1e5  # beyond, the library's sine
@@ -42,7 +52,7 @@ def fill(out: Floats, value: float) -> None:
         out[k] = value
 
 
-@njit(**_FUSED)
+@njit(**{**INNER, **FUSED})
 def sine(out: Floats, a: Floats, shift: float) -> None:
     """Store sin(a + shift pi), shift 0 or 1/2: a = n pi + r with |r| <= pi/2, then a polynomial in r."""
     far = False
@@ -71,7 +81,7 @@ def sine(out: Floats, a: Floats, shift: float) -> None:
                 out[k] = math.sin(a[k]) if shift == 0.0 else math.cos(a[k])
 
 
-@njit(**_FUSED)
+@njit(**{**INNER, **FUSED})
 def exponential(out: Floats, a: Floats) -> None:
     """Store exp(a): a = q log 2 + r, a polynomial in r, and 2^q from a table."""
     for k in range(out.shape[0]):
@@ -101,12 +111,10 @@ def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
     """One operation on two arrays; MIN and MAX keep a when both are equal, and a NaN in either."""
     n = out.shape[0]
     a, b = a[:n], b[:n]
-    if operation == ADD:
+    if operation <= SUB:
+        sign = 1.0 if operation == ADD else -1.0  # one loop for both: each loop is a wait for its compilation
         for k in range(n):
-            out[k] = a[k] + b[k]
-    elif operation == SUB:
-        for k in range(n):
-            out[k] = a[k] - b[k]
+            out[k] = a[k] + sign * b[k]
     elif operation == MUL:
         for k in range(n):
             out[k] = a[k] * b[k]
@@ -120,32 +128,8 @@ def binary(operation: int, out: Floats, a: Floats, b: Floats) -> None:
 
 
 @njit(**INNER)
-def binary_number(operation: int, out: Floats, a: Floats, number: float, first: bool) -> None:
-    """One operation on an array and a number, the number first or second."""
-    n = out.shape[0]
-    a = a[:n]
-    if operation == ADD:
-        for k in range(n):
-            out[k] = a[k] + number
-    elif operation == MUL:
-        for k in range(n):
-            out[k] = a[k] * number
-    elif operation == SUB:
-        # number - a is -(a - number), bit for bit but for the sign of 0
-        sign = -1.0 if first else 1.0
-        for k in range(n):
-            out[k] = sign * (a[k] - number)
-    elif first:
-        for k in range(n):
-            out[k] = number / a[k]
-    else:
-        for k in range(n):
-            out[k] = a[k] / number
-
-
-@njit(**INNER)
-def unary(operation: int, out: Floats, a: Floats) -> None:
-    """One operation on one array; NaN where it is no real number."""
+def unary(operation: int, out: Floats, a: Floats, exponent: float) -> None:
+    """One operation on one array, NaN where it is no real number; MIN and MAX of one operand are that operand."""
     n = out.shape[0]
     a = a[:n]
     if operation == NEG:
@@ -168,14 +152,10 @@ def unary(operation: int, out: Floats, a: Floats) -> None:
     elif operation == ATAN:
         for k in range(n):
             out[k] = math.atan(a[k])
-    elif operation == SIN:
-        sine(out, a, 0.0)
-    elif operation == COS:
-        sine(out, a, 0.5)
-
-
-@njit(**INNER)
-def power(out: Floats, a: Floats, exponent: float) -> None:
-    """Store a^exponent, NaN for negative a."""
-    for k in range(out.shape[0]):
-        out[k] = math.pow(a[k], exponent)
+    elif operation == POW:
+        for k in range(n):
+            out[k] = math.pow(a[k], exponent)
+    elif operation < MIN:
+        sine(out, a, 0.0 if operation == SIN else 0.5)
+    else:
+        copy(out, a)

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows
+from implicit.kernels.elementary import INNER, MAKING, OPTIONS, Floats, Indices, Rows
 from implicit.kernels.values import evaluate
 from implicit.tape import ABS, ADD, ATAN, CONST, COS, DIV, EXP, LOG, MIN, MUL, NEG, SIN, SQR, SQRT, SUB
 
@@ -20,7 +20,7 @@ LIBRARY = 1e-14  # sin, cos, exp, log, atan, pow: far above the errors measured 
 UNSURE = 2
 
 
-@njit(**OPTIONS)
+@njit(**{**OPTIONS, **MAKING})
 def tape_signs(
     code: Rows,
     arguments: Indices,
@@ -38,7 +38,7 @@ def tape_signs(
     registers (rows of the tape + 6, >= block) is room to work in. known (2, n) takes values and bounds, unless empty.
     """
     size = code.shape[0]
-    first, side, moved = np.int64(0), np.int64(8), np.int64(15)  # literals would compile it again
+    first, moved = np.int64(0), np.int64(15)
     scratch, axes = registers[size : size + 3], registers[size + 3 : size + 6]
     largest, errors = np.empty(size), np.empty(size)
     for base in range(0, points.shape[0], block):
@@ -49,7 +49,7 @@ def tape_signs(
                 axes[axis, k] = points[base + k, axis]
             if radii.shape[0] > 1:
                 radius = radii[base + k] if k == 0 else max(radius, radii[base + k])
-        evaluate(code, first, size, arguments, constants, axes, n, side, moved, registers, scratch)
+        evaluate(code, first, size, arguments, constants, axes, n, moved, registers, scratch)
         bound_errors(code, arguments, constants, n, radius, registers, largest, errors)
         bound, values = errors[size - 1], registers[size - 1]
         for k in range(n):
@@ -60,7 +60,7 @@ def tape_signs(
                 known[0, base + k], known[1, base + k] = values[k], bound
 
 
-@njit(**INNER)
+@njit(**{**INNER, **MAKING})
 def _size(row: Floats) -> float:
     """The largest absolute value. Floats without their sign are in the order of their bits, and a loop over whole
     numbers vectorises.

@@ -3,13 +3,13 @@
 import numpy as np
 from numba import njit
 
-from implicit.kernels.elementary import OPTIONS, Floats
+from implicit.kernels.elementary import MAKING, OPTIONS, Floats
 
 LANES = 32  # matrices handled together, one per lane of the innermost loops
 _SMALL = 1e-4  # a pivot below this share of the largest entry sends its matrix to elimination with row exchanges
 
 
-@njit(**OPTIONS)
+@njit(**{**OPTIONS, **MAKING})
 def pencil_determinants(planes: Floats, points: Floats, out: Floats) -> None:
     """Store det(x A + y B + z C + D) for points (n, 3); planes (4, r, r) hold A, B, C, D, mixed at random.
 

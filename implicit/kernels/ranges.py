@@ -1,4 +1,4 @@
-"""A tape evaluated in interval arithmetic, on a mesh of side^3 boxes or on scattered boxes.
+"""A tape evaluated in interval arithmetic, on a mesh of SPLIT^3 boxes or on scattered boxes.
 
 Every rounded bound v moves outward to v -/+ (|v| 2^-52 + 2.3e-308), at least one unit in its last place. Rounding is
 monotone, so the same interval also holds every value that `values.evaluate` computes in the closed box. Where an
@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from implicit.kernels.elementary import (
     EXP_LEAST,
@@ -23,18 +24,33 @@ from implicit.kernels.elementary import (
     binary,
     copy,
     fill,
-    power,
-    sine,
     unary,
 )
-from implicit.kernels.values import aligned, count_of
-from implicit.tape import ABS, ADD, CONST, COS, DIV, EXP, LOG, MIN, NEG, POW, SIN, SQR, SQRT, SUB
+from implicit.tape import ABS, ATAN, CONST, COS, DIV, EXP, LOG, MIN, NEG, POW, SIN, SQR, SQRT, SUB
 
 _ULP = 2.0**-52
 _TINY = 2.3e-308
 _EXP_ERROR = 2.0**-46  # relative, 64 units; measured: 5
 _SIN_ERROR = 1e-14  # times 1 + |x| / pi; measured: 3e-16
 _LIBRARY_ERROR = 2.0**-49  # relative, 8 units, of log, atan and pow; measured: 1
+
+SPLIT = 4  # boxes along each axis of a mesh
+
+
+def _places() -> NDArray[np.uint8]:
+    """Entry (own, mask, n): where a register of mask `own` keeps what is value n in the layout of `mask`."""
+    table = np.zeros((8, 8, SPLIT**3), np.uint8)
+    for mask in range(8):
+        steps = np.indices([SPLIT if mask & bit else 1 for bit in (4, 2, 1)]).reshape(3, -1)
+        for own in range(8):
+            kept = [axis for axis, bit in enumerate((4, 2, 1)) if own & bit]
+            weights = SPLIT ** np.arange(len(kept))[::-1]
+            table[own, mask, : steps.shape[1]] = weights @ steps[kept]
+    return table
+
+
+PLACE = _places()
+_COUNT = SPLIT ** np.array([mask.bit_count() for mask in range(8)])  # values of a register of each mask
 
 
 @njit(**INNER)
@@ -94,9 +110,7 @@ def _even(low: Floats, high: Floats, al: Floats, ah: Floats, square: bool) -> No
 
 @njit(**INNER)
 def _wave(low: Floats, high: Floats, al: Floats, ah: Floats, shift: float) -> None:
-    """Store sin(a + shift pi): the values at both ends, and 1 or -1 where an extremum lies between."""
-    sine(low, al, shift)
-    sine(high, ah, shift)
+    """Bound sin(a + shift pi) by the values at both ends, given, and 1 or -1 where an extremum lies between."""
     for k in range(low.shape[0]):
         a, b = al[k] * 0.3183098861837907, ah[k] * 0.3183098861837907
         error = _SIN_ERROR * (1.0 + abs(a) + abs(b))
@@ -112,18 +126,12 @@ def _wave(low: Floats, high: Floats, al: Floats, ah: Floats, shift: float) -> No
 
 @njit(**INNER)
 def _rising(operation: int, low: Floats, high: Floats, al: Floats, ah: Floats, exponent: float) -> None:
-    """Store a root, exponential, logarithm, arc tangent or power: the values at both ends, moved outward."""
-    if operation == POW:
-        power(low, al, exponent)
-        power(high, ah, exponent)
-    else:
-        unary(operation, low, al)
-        unary(operation, high, ah)
+    """Move outward the values at both ends, given, of a root, exponential, logarithm, arc tangent or power."""
     error = _EXP_ERROR if operation == EXP else 0.0 if operation == SQRT else _LIBRARY_ERROR
-    partial = operation in (SQRT, LOG, POW)
-    never_negative = operation in (SQRT, EXP, POW)
+    never_negative = operation == POW or SQRT <= operation <= EXP
+    partial = operation != EXP and operation != ATAN
+    falls = operation == POW and exponent < 0.0
     for k in range(low.shape[0]):
-        falls = operation == POW and exponent < 0.0
         a, b = (high[k], low[k]) if falls else (low[k], high[k])
         a = _down(a - abs(a) * error)
         b = _up(b + abs(b) * error)
@@ -137,6 +145,17 @@ def _rising(operation: int, low: Floats, high: Floats, al: Floats, ah: Floats, e
         high[k] = np.inf if wild else b
 
 
+@njit(**INNER, inline="always")
+def _aligned(bounds: Floats, r: int, own: int, mask: int, scratch: Floats) -> Floats:
+    """Register r in the layout of `mask`: itself, or spread into scratch."""
+    row = bounds[r]
+    if own == mask:
+        return row
+    for k in range(_COUNT[mask]):
+        scratch[k] = row[PLACE[own, mask, k]]
+    return scratch
+
+
 @njit(**OPTIONS, inline="always")
 def enclose(
     code: Rows,
@@ -147,57 +166,58 @@ def enclose(
     lower: Floats,
     upper: Floats,
     points: int,
-    side: int,
     low: Floats,
     high: Floats,
     scratch: Floats,
 ) -> None:
     """Bounds of registers 0 .. count-1 of the tape in rows start .. start+count-1; see `values.evaluate`.
 
-    lower and upper (3, n) bound x, y, z: along each axis of a mesh of side^3 boxes (points 0), or for each of
+    lower and upper (3, n) bound x, y, z: along each axis of a mesh of SPLIT^3 boxes (points 0), or for each of
     `points` scattered boxes. low, high (>= count, >= values), scratch (4, >= values).
     """
     for q in range(count):
-        operation = code[start + q, 0]
-        a = code[start + q, 1]
-        b = code[start + q, 2]
-        mask = 7 if points else code[start + q, 3]
-        n = points if points else count_of(mask, side)
+        row = code[start + q]
+        operation, a, b, mask = row[0], row[1], row[2], (7 if points else row[3])
+        n = points if points else _COUNT[mask]
         least, most = low[q, :n], high[q, :n]
         if operation < CONST:
             copy(least, lower[operation])
             copy(most, upper[operation])
-        elif operation == CONST:
+            continue
+        if operation == CONST:
             fill(least, constants[a, 1])
             fill(most, constants[a, 2])
-        elif operation == NEG:
-            unary(operation, least, high[a])
-            unary(operation, most, low[a])
-        elif operation in (ABS, SQR):
-            _even(least, most, low[a], high[a], operation == SQR)
-        elif operation in (SIN, COS):
-            _wave(least, most, low[a], high[a], 0.0 if operation == SIN else 0.5)
-        elif operation > DIV and operation < MIN:
-            _rising(operation, least, most, low[a], high[a], constants[b, 0] if operation == POW else 0.0)
-        else:
-            chain = operation >= MIN
-            first = arguments[a] if chain else a
-            own = 7 if points else code[start + first, 3]
-            al = aligned(low, first, own, mask, side, scratch[0])
-            ah = aligned(high, first, own, mask, side, scratch[1])
-            if chain and b == 1:
-                copy(least, al)
-                copy(most, ah)
-            for t in range(1, b if chain else 2):
-                other = arguments[a + t] if chain else b
-                own = 7 if points else code[start + other, 3]
-                bl = aligned(low, other, own, mask, side, scratch[2])
-                bh = aligned(high, other, own, mask, side, scratch[3])
-                if chain:
-                    binary(operation, least, al, bl)
-                    binary(operation, most, ah, bh)
-                    al, ah = least, most
-                elif operation in (ADD, SUB):
-                    _add(least, most, al, ah, bl, bh, operation == SUB)
-                else:
-                    _multiply(least, most, al, ah, bl, bh, operation == DIV)
+            continue
+        terms, al, ah = (b if operation >= MIN else (2 if operation <= DIV else 1)), least, most
+        for t in range(terms):
+            r = arguments[a + t] if operation >= MIN else (a if t == 0 else b)
+            own, free = (7 if points else code[start + r, 3]), (2 if t else 0)
+            bl = _aligned(low, r, own, mask, scratch[free])
+            bh = _aligned(high, r, own, mask, scratch[free + 1])
+            if t:
+                _combine(operation, least, most, al, ah, bl, bh)
+            al, ah = (least, most) if t else (bl, bh)
+        if terms > 1:
+            continue
+        if ABS <= operation <= SQR:
+            _even(least, most, al, ah, operation == SQR)
+            continue
+        exponent = constants[b if operation == POW else 0, 0]
+        for end in range(2):  # one call for both: each is a copy to compile
+            unary(operation, most if end else least, al if (end == 1) == (operation == NEG) else ah, exponent)
+        if SIN <= operation <= COS:
+            _wave(least, most, al, ah, 0.0 if operation == SIN else 0.5)
+        elif NEG < operation < MIN:
+            _rising(operation, least, most, al, ah, exponent)
+
+
+@njit(**INNER, inline="always")
+def _combine(operation: int, low: Floats, high: Floats, al: Floats, ah: Floats, bl: Floats, bh: Floats) -> None:
+    """Store one operation on two operands."""
+    if operation >= MIN:
+        binary(operation, low, al, bl)
+        binary(operation, high, ah, bh)
+    elif operation <= SUB:
+        _add(low, high, al, ah, bl, bh, operation == SUB)
+    else:
+        _multiply(low, high, al, ah, bl, bh, operation == DIV)

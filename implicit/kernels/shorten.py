@@ -8,23 +8,13 @@ import numpy as np
 from numba import njit
 
 from implicit.kernels.elementary import INNER, OPTIONS, Floats, Indices, Rows
+from implicit.kernels.ranges import PLACE
 from implicit.tape import ABS, ADD, CONST, DIV, MIN, MUL, SQR, SUB
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)  # odd, with bits all over: 2^64 divided by the golden ratio
 
 
-@njit(**INNER)
-def place_of(mask: int, i: int, j: int, k: int, side: int) -> int:
-    """Where a register of this mask keeps its value for box (i, j, k) of a mesh of side^3 boxes."""
-    place = i if mask & 4 else 0
-    if mask & 2:
-        place = place * side + j
-    if mask & 1:
-        place = place * side + k
-    return place
-
-
-@njit(**OPTIONS, inline="always")
+@njit(**OPTIONS)
 def shorten(
     code: Rows,
     start: int,
@@ -33,29 +23,27 @@ def shorten(
     constants: Floats,
     low: Floats,
     high: Floats,
-    i: int,
-    j: int,
-    k: int,
-    side: int,
+    box: int,
     out: int,
     out_arguments: int,
     work: Rows,
 ) -> tuple[int, int]:
-    """Write the tape for box (i, j, k) behind the pool: its rows from `out` on, its arguments from `out_arguments` on.
+    """Write the tape for a box behind the pool: its rows from `out` on, its arguments from `out_arguments` on.
 
-    low and high hold the bounds that `ranges.enclose` found with the rows start .. start+count-1. Needs room for
-    `count` rows and for as many arguments as the tape has; work (3, >= count).
+    low and high hold the bounds that `ranges.enclose` found with the rows start .. start+count-1, and box is the number
+    of one in its mesh. Needs room for `count` rows and for as many arguments as the tape has; work (4, >= either).
 
     Returns the number of rows and the end of the arguments. The number is `count` when nothing was dropped, and then
     nothing is written that is needed: the old tape serves.
     """
-    if _mark(code, start, count, arguments, constants, low, high, i, j, k, side, work) == 0:
+    operands = _judge(code, start, count, arguments, constants, low, high, box, work)
+    if _mark(code, start, count, arguments, low, box, operands, work) == 0:
         return count, out_arguments
-    return _write(code, start, count, arguments, low, high, i, j, k, side, out, out_arguments, work)
+    return _write(code, start, count, arguments, out, out_arguments, work)
 
 
 @njit(**INNER, inline="always")
-def _mark(
+def _judge(
     code: Rows,
     start: int,
     count: int,
@@ -63,32 +51,65 @@ def _mark(
     constants: Floats,
     low: Floats,
     high: Floats,
-    i: int,
-    j: int,
-    k: int,
-    side: int,
+    box: int,
     work: Rows,
+) -> int:
+    """Set work[2] to 1 where a register is 0 in the box: the number 0, products with it, its square, and a MIN or MAX
+    that it wins; and work[3] to 1 for each operand of a MIN or MAX, in their order, that is beaten everywhere in the
+    box. Returns the number of these operands.
+    """
+    zero, lost = work[2], work[3]
+    operands = 0
+    for q in range(count):
+        operation, a, b = code[start + q, 0], code[start + q, 1], code[start + q, 2]
+        zero[q] = 0
+        if operation == CONST:
+            zero[q] = constants[a, 1] == 0.0 and constants[a, 2] == 0.0
+        elif operation == MUL:
+            other = code[start + (b if zero[a] == 1 else a), 0]
+            zero[q] = (zero[a] == 1 or zero[b] == 1) and other == CONST
+        elif operation == SQR:
+            zero[q] = zero[a]
+        elif operation >= MIN:
+            bar, won = np.inf, 1
+            for t in range(b):
+                r = arguments[a + t]
+                place = PLACE[code[start + r, 3], 7, box]
+                far = high[r, place] if operation == MIN else -low[r, place]
+                bar = far if far < bar else bar
+            for t in range(b):
+                r = arguments[a + t]
+                place = PLACE[code[start + r, 3], 7, box]
+                near = low[r, place] if operation == MIN else -high[r, place]
+                lost[operands + t] = near > bar
+                won &= zero[r] | lost[operands + t]
+            zero[q] = won
+            operands += b
+    return operands
+
+
+@njit(**INNER, inline="always")
+def _mark(
+    code: Rows, start: int, count: int, arguments: Indices, low: Floats, box: int, operands: int, work: Rows
 ) -> int:
     """Set work[0] to which registers matter, 2 for a MIN or MAX that loses branches, and work[1] to the register that
     stands for one, or -1; how much can be dropped.
     """
-    live, place, zero = work[0], work[1], work[2]
-    _find_zeros(code, start, count, arguments, constants, low, high, i, j, k, side, zero)
+    live, place, zero, lost = work[0], work[1], work[2], work[3]
     for q in range(count):
-        live[q] = 0
-    live[count - 1] = 1
+        live[q] = q == count - 1
     dropped = 0
     for q in range(count - 1, -1, -1):  # which registers matter; place >= 0: replaced by that register
+        operation, a, b = code[start + q, 0], code[start + q, 1], code[start + q, 2]
         place[q] = -1
+        if operation >= MIN:
+            operands -= b
         if live[q] == 0:
             dropped += 1
+        elif operation <= CONST:
             continue
-        operation = code[start + q, 0]
-        a, b = code[start + q, 1], code[start + q, 2]
-        if operation <= CONST:
-            continue
-        if operation <= DIV:
-            if zero[b] == 1 and operation in (ADD, SUB):
+        elif operation <= DIV:
+            if zero[b] == 1 and operation <= SUB:
                 place[q] = a
             elif zero[a] == 1 and operation == ADD:
                 place[q] = b
@@ -97,19 +118,16 @@ def _mark(
             live[b] |= place[q] != a
         elif operation < MIN:
             live[a] = 1
-            if operation == ABS and low[a, place_of(code[start + a, 3], i, j, k, side)] >= 0.0:
+            if operation == ABS and low[a, PLACE[code[start + a, 3], 7, box]] >= 0.0:
                 place[q] = a
                 dropped += 1
         else:
-            bar = _bar(code, start, arguments, a, b, operation == MIN, low, high, i, j, k, side)
-            kept = 0
-            last = 0
+            kept, last = 0, 0
             for t in range(b):
-                r = arguments[a + t]
-                if not _loses(code, start, r, operation == MIN, bar, low, high, i, j, k, side):
-                    live[r] = 1
+                if lost[operands + t] == 0:
+                    last = arguments[a + t]
+                    live[last] = 1
                     kept += 1
-                    last = r
             live[q] = 1 if kept == b else 2
             dropped += b - kept
             if kept == 1:
@@ -119,32 +137,22 @@ def _mark(
 
 @njit(**INNER, inline="always")
 def _write(
-    code: Rows,
-    start: int,
-    count: int,
-    arguments: Indices,
-    low: Floats,
-    high: Floats,
-    i: int,
-    j: int,
-    k: int,
-    side: int,
-    out: int,
-    out_arguments: int,
-    work: Rows,
+    code: Rows, start: int, count: int, arguments: Indices, out: int, out_arguments: int, work: Rows
 ) -> tuple[int, int]:
     """Write what matters behind the pool; the number of rows and the end of the arguments."""
-    live, place = work[0], work[1]
-    rows = 0
-    end = out_arguments
+    live, place, lost = work[0], work[1], work[3]
+    rows, operands, end = 0, 0, out_arguments
     for q in range(count):
+        operation = code[start + q, 0]
+        a, b, mask = code[start + q, 1], code[start + q, 2], code[start + q, 3]
+        first = operands
+        if operation >= MIN:
+            operands += b
         if live[q] == 0:
             continue
         if place[q] >= 0:
             place[q] = place[place[q]]
             continue
-        operation = code[start + q, 0]
-        a, b, mask = code[start + q, 1], code[start + q, 2], code[start + q, 3]
         if operation > CONST and operation <= DIV:
             a, b = place[a], place[b]
             mask = code[out + a, 3] | code[out + b, 3]
@@ -152,20 +160,14 @@ def _write(
             a = place[a]
             mask = code[out + a, 3]
         elif operation >= MIN:
-            bar = _bar(code, start, arguments, a, b, operation == MIN, low, high, i, j, k, side)
-            first = end
-            mask = np.int32(0)
+            begin, mask = end, np.int32(0)
             for t in range(b):
-                r = arguments[a + t]
-                if live[q] == 1 or not _loses(code, start, r, operation == MIN, bar, low, high, i, j, k, side):
-                    arguments[end] = place[r]
-                    mask |= code[out + place[r], 3]
+                if lost[first + t] == 0:
+                    arguments[end] = place[arguments[a + t]]
+                    mask |= code[out + arguments[end], 3]
                     end += 1
-            a, b = np.int32(first), np.int32(end - first)
-        code[out + rows, 0] = operation
-        code[out + rows, 1] = a
-        code[out + rows, 2] = b
-        code[out + rows, 3] = mask
+            a, b = np.int32(begin), np.int32(end - begin)
+        code[out + rows, 0], code[out + rows, 1], code[out + rows, 2], code[out + rows, 3] = operation, a, b, mask
         place[q] = rows
         rows += 1
     return rows, end
@@ -210,91 +212,3 @@ def _equal(code: Rows, arguments: Indices, first: int, second: int, count: int) 
                 if arguments[a + t] != arguments[b + t]:
                     return False
     return True
-
-
-@njit(**INNER, inline="always")
-def _find_zeros(
-    code: Rows,
-    start: int,
-    count: int,
-    arguments: Indices,
-    constants: Floats,
-    low: Floats,
-    high: Floats,
-    i: int,
-    j: int,
-    k: int,
-    side: int,
-    zero: Indices,
-) -> None:
-    """Set zero[q] to 1 where register q is 0 in box (i, j, k): the number 0, products with it, its square, and a MIN or
-    MAX that it wins.
-    """
-    some = False
-    for c in range(len(constants)):
-        some |= constants[c, 1] == 0.0 and constants[c, 2] == 0.0
-    for q in range(count):
-        zero[q] = 0
-    if not some:
-        return
-    for q in range(count):
-        operation, a, b = code[start + q, 0], code[start + q, 1], code[start + q, 2]
-        if operation < CONST:
-            continue
-        if operation == CONST:
-            zero[q] = constants[a, 1] == 0.0 and constants[a, 2] == 0.0
-        elif operation == MUL:
-            other = code[start + (b if zero[a] == 1 else a), 0]
-            zero[q] = (zero[a] == 1 or zero[b] == 1) and other == CONST
-        elif operation == SQR:
-            zero[q] = zero[a]
-        elif operation >= MIN:
-            bar = _bar(code, start, arguments, a, b, operation == MIN, low, high, i, j, k, side)
-            won = True
-            for t in range(b):
-                r = arguments[a + t]
-                won &= zero[r] == 1 or _loses(code, start, r, operation == MIN, bar, low, high, i, j, k, side)
-            zero[q] = won
-
-
-@njit(**INNER)
-def _bar(
-    code: Rows,
-    start: int,
-    arguments: Indices,
-    a: int,
-    b: int,
-    least: bool,
-    low: Floats,
-    high: Floats,
-    i: int,
-    j: int,
-    k: int,
-    side: int,
-) -> float:
-    """The least upper bound of the operands of a MIN, or the largest lower bound of those of a MAX."""
-    bar = np.inf if least else -np.inf
-    for t in range(b):
-        r = arguments[a + t]
-        c = place_of(code[start + r, 3], i, j, k, side)
-        bar = min(bar, high[r, c]) if least else max(bar, low[r, c])
-    return bar
-
-
-@njit(**INNER)
-def _loses(
-    code: Rows,
-    start: int,
-    r: int,
-    least: bool,
-    bar: float,
-    low: Floats,
-    high: Floats,
-    i: int,
-    j: int,
-    k: int,
-    side: int,
-) -> bool:
-    """Whether operand r is farther than the bar everywhere in the box."""
-    c = place_of(code[start + r, 3], i, j, k, side)
-    return low[r, c] > bar if least else high[r, c] < bar

@@ -5,6 +5,8 @@ between the least and the largest coefficient. Blocks are halved until they are 
 all coefficients have one sign by more than rounding can change, in them or in any sample computed on the closed block.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -13,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.bernstein import polar_weights
+from implicit.kernels.elementary import FUSED
 from implicit.polygonizers.lattice import CELLS, Lattice
 
 FloatArray = NDArray[np.float64]
@@ -42,26 +45,21 @@ def to_bernstein(lower: FloatArray, upper: FloatArray, degree: int) -> FloatArra
     return np.einsum("ims,nms->nim", polar_weights(degree), up[:, of_upper] * low[:, of_lower], order="C")
 
 
-@njit(cache=True, nogil=True)
-def _some(flags: Any) -> bool:
-    found = False
-    for k in range(len(flags)):
-        found |= flags[k] != 0
-    return found
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, slack: float, mask: Any) -> None:
+@njit(**FUSED)
+def _clear_blocks(
+    tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, slack: float, mask: Any, layers: Any, rows: Any,
+    one: Any, two: Any, room: Any,
+) -> None:  # fmt: skip
     """Set to 0 the entries of `mask` (blocks along x, y, z) where the polynomial keeps one sign.
 
     tensor (c, a, b) coefficients, sizes their absolute values, mx my mz matrices to Bernstein form for the blocks along
-    each axis, far (3, blocks, powers) powers of the farthest coordinate in each.
+    each axis, far (3, blocks, powers) powers of the farthest coordinate in each. layers and rows say where `mask` has
+    any entry for bx, and for bx and by. To work in: one, of the tensor's shape, two (c, a b), room (c + 2, a b + c).
     """
     nz, nx, ny = tensor.shape
-    one, two, three = np.empty((nz, nx, ny)), np.empty((nz, nx * ny)), np.empty(nx * ny)
-    size_one, size_two = np.empty((nz, ny)), np.empty(nz)
+    three, size_one, size_two = room[nz, : nx * ny], room[:nz], room[nz + 1]
     for bx in range(mask.shape[0]):
-        if not _some(mask[bx].ravel()):
+        if not layers[bx]:
             continue
         for c in range(nz):
             for b in range(ny):
@@ -74,7 +72,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
                     for b in range(ny):
                         one[c, a, b] += mx[bx, a, e] * tensor[c, e, b]
         for by in range(mask.shape[1]):
-            if not _some(mask[bx, by]):
+            if not rows[bx, by]:
                 continue
             for c in range(nz):
                 size_two[c] = 0.0
@@ -94,7 +92,7 @@ def _clear_blocks(tensor: Any, sizes: Any, mx: Any, my: Any, mz: Any, far: Any, 
                     mask[bx, by, bz] = _meets(two, mz[bz], size * slack, three)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(**FUSED)
 def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
     """Whether the Bernstein coefficients matrix @ two do not all have one sign; the first and the last row first."""
     nz = len(matrix)
@@ -115,25 +113,46 @@ def _meets(two: Any, matrix: Any, slack: float, three: Any) -> bool:
     return False
 
 
-def find_bricks(tensor: FloatArray, steps: tuple[int, int, int], lattice: Lattice) -> NDArray[np.int32]:
-    """The bricks (n, 3), in the order of the sweep, where the polynomial may change sign.
+@dataclass(frozen=True, eq=False)
+class Dense:
+    """A polynomial as a full table: tensor (a, b, c), the coefficients of x^(a steps[0]) y^(b steps[1]) z^(c steps[2]).
 
-    tensor (a, b, c): the coefficients of x^(a steps[0]) y^(b steps[1]) z^(c steps[2]).
+    `errors`, of the same shape, bound how far the coefficients are off; None means that they are what is meant.
     """
-    turned = np.ascontiguousarray(tensor.transpose(2, 0, 1))
-    sizes = np.abs(turned)
-    degrees = sum(step * (length - 1) for step, length in zip(steps, tensor.shape, strict=True))
-    slack = 16.0 * (degrees + 4) * float(np.finfo(float).eps)
+
+    tensor: FloatArray
+    steps: tuple[int, int, int]
+    errors: FloatArray | None = None
+
+    def clear(self, lattice: Lattice, level: int, mask: NDArray[np.uint8]) -> None:
+        """Set to 0 the entries of `mask`, blocks of 2^level bricks along each axis, where the polynomial keeps one
+        sign.
+        """
+        turned = np.ascontiguousarray(self.tensor.transpose(2, 0, 1))
+        degrees = sum(step * (length - 1) for step, length in zip(self.steps, self.tensor.shape, strict=True))
+        slack = 16.0 * (degrees + 4) * float(np.finfo(float).eps)
+        sizes = np.abs(turned)
+        if self.errors is not None:
+            sizes += self.errors.transpose(2, 0, 1) / slack
+        matrices, far = [], np.zeros((3, max(mask.shape), max(self.tensor.shape)))
+        for axis, length in enumerate(self.tensor.shape):
+            low, high, reach = _ranges(lattice, axis, 2**level, self.steps[axis])
+            matrices.append(to_bernstein(low, high, length - 1))
+            far[axis, : len(reach), :length] = reach[:, None] ** np.arange(length)
+        nz, nx, ny = turned.shape
+        one, two, room = np.empty(turned.shape), np.empty((nz, nx * ny)), np.empty((nz + 2, nx * ny + nz))
+        layers, rows = mask.any(axis=(1, 2)), mask.any(axis=2)
+        _clear_blocks(turned, sizes, *matrices, far, slack, mask, layers, rows, one, two, room)
+
+
+def find_bricks(parts: Sequence[Dense], lattice: Lattice) -> NDArray[np.int32]:
+    """The bricks (n, 3), in the order of the sweep, where none of the polynomials is known to keep one sign."""
     level = max(max(lattice.bricks) // _COARSE, 1).bit_length() - 1
     mask = np.ones(tuple(-(-count // 2**level) for count in lattice.bricks), np.uint8)
     while True:
-        matrices, far = [], np.zeros((3, max(mask.shape), max(tensor.shape)))
-        for axis in range(3):
-            low, high, reach = _ranges(lattice, axis, 2**level, steps[axis])
-            matrices.append(to_bernstein(low, high, tensor.shape[axis] - 1))
-            far[axis, : len(reach), : tensor.shape[axis]] = reach[:, None] ** np.arange(tensor.shape[axis])
-        _clear_blocks(turned, sizes, *matrices, far, slack, mask)
-        if level == 0:
+        for part in parts:
+            part.clear(lattice, level, mask)
+        if level == 0 or not mask.any():
             break
         level -= 1
         finer = tuple(-(-count // 2**level) for count in lattice.bricks)

@@ -89,6 +89,7 @@ def _price(a: int, b: int) -> float:
     return float(sum((s - t) ** 2 for s, t in zip(*middle, strict=True)) ** 0.5)
 
 
+@cache  # most loops occur in several patterns
 def triangulate(loop: Loop) -> tuple[Triangle, ...]:
     """The triangles of a loop with the shortest diagonals, none of which lies in a face of the cube.
 

@@ -8,12 +8,12 @@ f < 0 is inside and f = 0 is outside. A brick without a sample inside, or withou
 crosses, on its faces neither; its neighbours never ask for it.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from implicit.kernels.elementary import INNER
+from implicit.kernels.elementary import INNER, OPTIONS
 from implicit.polygonizers.cell import EDGES, TRIANGLE_COUNT, TRIANGLES
 
 VERTICES_PER_BRICK = 3 * 8 * 8 * 8
@@ -40,7 +40,7 @@ _Y_LOW, _Y_HIGH = _U(0xFF), _U(0xFF << 56)
 _Z_LOW, _Z_HIGH = _U(0x0101010101010101), _U(0x8080808080808080)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(**INNER, inline="always")
 def _lowest_bit(word: Any) -> Any:
     return _BIT[((word & (~word + _U(1))) * _HASH) >> _U(58)]
 
@@ -60,7 +60,7 @@ def _pack_signs(f: Any, signs: Any, eights: Any, words: Any) -> bool:
     return bad == 0
 
 
-@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+@njit(**INNER, inline="always")
 def _number(mask: Any, key: int, first: int, codes: Any, n: int, numbers: Any) -> int:
     """Number the edges that have their bit in `mask`, by their codes key + bit; the next free place."""
     while mask != _U(0):
@@ -72,7 +72,7 @@ def _number(mask: Any, key: int, first: int, codes: Any, n: int, numbers: Any) -
     return n
 
 
-@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+@njit(**INNER, inline="always")
 def _mixed(words: Any, face: Any) -> bool:
     """Whether the samples of a face differ in sign; `face` has the bits of its samples in each plane."""
     some, every = _U(0), face
@@ -162,10 +162,29 @@ def _rows(count: int, width: int) -> Any:
     return word
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+class Room(NamedTuple):
+    """What `extract` works in: the signs of a brick, as bytes and eight at a time, with a word for each plane and one
+    that stays 0; the numbers of its edges; and how many cells and points are its own.
+    """
+
+    signs: Any
+    eights: Any
+    words: Any
+    numbers: Any
+    counts: Any
+
+    @classmethod
+    def make(cls) -> "Room":
+        """New room."""
+        signs = np.zeros(512, np.uint8)
+        words, numbers = np.zeros(9, np.uint64), np.zeros(2048, np.int32)
+        return cls(signs, signs.view(np.uint64), words, numbers, np.zeros((2, 3), np.int64))
+
+
+@njit(**OPTIONS)
 def extract(
     samples: Any, bricks: Any, begin: int, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int, codes: Any,
-    starts: Any, corners: Any, t: int,
+    starts: Any, corners: Any, t: int, room: Any,
 ) -> tuple[int, int, int, bool]:  # fmt: skip
     """Extract bricks (n, 3) with samples (n, 512) from `begin` on, while there is room in `codes` and `corners`.
 
@@ -173,14 +192,10 @@ def extract(
     faces; `first` is the number of the next vertex. Fills codes: 2048 brick + 512 axis + 64 x + 8 y + z for the edge
     of each vertex, the place in it where each brick starts in starts (n + 1,), and the three corners of each triangle
     from triangle t on. Returns where it stopped, the number of vertices found, the next triangle, and whether all was
-    finite; if not, it stopped at a brick with a sample that is not.
+    finite; if not, it stopped at a brick with a sample that is not. room: see `Room`.
     """
-    signs = np.zeros(512, np.uint8)
-    eights = signs.view(np.uint64)
-    words = np.zeros(9, np.uint64)
-    numbers = np.zeros(2048, np.int32)
-    own = np.zeros(3, np.int64)
-    points = np.zeros(3, np.int64)
+    signs, eights, words, numbers, counts = room
+    own, points = counts[0], counts[1]
     n = 0
     end, finite = len(bricks), True
     for index in range(begin, len(bricks)):
@@ -199,7 +214,8 @@ def extract(
             continue
         for axis in range(3):
             start = 7 * bricks[index, axis]
-            own[axis] = min(7, cells[axis] - start)
+            left = cells[axis] - start
+            own[axis] = left if left < 7 else 7
             points[axis] = own[axis] + (start + own[axis] == cells[axis])
         whole, cut_y = _rows(points[1], points[2]), _rows(own[1], points[2])
         cut_z, cut_both = _rows(points[1], own[2]), _rows(own[1], own[2])
@@ -207,10 +223,14 @@ def extract(
         _fetch(words, numbers, points, low_x[1 - (bx & 1), by, bz], low_y[1 - (by & 1), bz], low_z)
         for i in range(points[0]):
             word, key = words[i], (index << 11) + 64 * i
-            if i < own[0]:
-                n = _number((word ^ words[i + 1]) & whole, key, first, codes, n, numbers)
-            n = _number((word ^ (word >> _U(8))) & cut_y, key + 512, first, codes, n, numbers)
-            n = _number((word ^ (word >> _U(1))) & cut_z, key + 1024, first, codes, n, numbers)
+            for axis in range(3):
+                if axis == 0:
+                    crossed = (word ^ words[i + 1]) & whole if i < own[0] else _U(0)
+                elif axis == 1:
+                    crossed = (word ^ (word >> _U(8))) & cut_y
+                else:
+                    crossed = (word ^ (word >> _U(1))) & cut_z
+                n = _number(crossed, key + 512 * axis, first, codes, n, numbers)
         _leave(words, numbers, low_x[bx & 1, by, bz], low_y[by & 1, bz], low_z)
         t = _join(words, own[0], cut_both, numbers, corners, t)
     starts[end] = n

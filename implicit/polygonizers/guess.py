@@ -2,10 +2,9 @@
 
 from typing import Any
 
-import numpy as np
 from numba import njit
 
-from implicit.kernels.elementary import INNER, copy
+from implicit.kernels.elementary import INNER, OPTIONS, copy
 
 FOUND_ROWS = 8
 """Rows of a crossing: 0-2 the point, 3-4 the ends of its edge, 5-6 f at the ends, 7 the axis of the edge."""
@@ -13,32 +12,36 @@ FOUND_ROWS = 8
 _LANES = 64
 """Crossings at a time: their tile stays in the processor's first cache."""
 
-_TILE_ROWS = 16
-"""Rows of a tile, of _LANES each: 0-7 the samples in a row with a crossing, then those of `found`, or what they are
-made from: 8-10 the lower end of the edge, 11 the place of the edge in the row, 12 the upper end, 13-15 as in `found`.
+TILE = 16 * _LANES
+"""Numbers in a tile, in rows of _LANES each: 0-7 the samples in a row with a crossing, then those of `found`, or what
+they are made from: 8-10 the lower end of the edge, 11 the place of the edge in the row, 12 the upper end, 13-15 as in
+`found`.
 """
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**OPTIONS)
 def guess(
-    codes: Any, starts: Any, begin: int, end: int, samples: Any, bricks: Any, axes: Any, cells: Any, found: Any
-) -> None:
+    codes: Any, starts: Any, begin: int, end: int, samples: Any, bricks: Any, axes: Any, cells: Any, found: Any,
+    tile: Any, counts: Any,
+) -> None:  # fmt: skip
     """Fill found (8, n) for the edges `codes` (see `extract`) of the bricks `begin` to `end` of samples (m 512,).
 
     The point is where the polynomial of degree 7 through the eight samples in a row vanishes. starts: the place in
-    `codes` where each brick begins; axes (3, ...) padded planes and cells (3,) of the lattice.
+    `codes` where each brick begins; axes (3, ...) padded planes and cells (3,) of the lattice. To work in:
+    tile (>= TILE,), counts (2, 3).
     """
-    tile = np.zeros(_TILE_ROWS * _LANES)
-    home, own = np.empty(3, np.int64), np.empty(3, np.int64)
+    home, own = counts[0], counts[1]
     for index in range(begin, end):
         for axis in range(3):
             home[axis] = 7 * bricks[index, axis]
-            own[axis] = min(cells[axis] - home[axis], 7)
+            left = cells[axis] - home[axis]
+            own[axis] = left if left < 7 else 7
         brick = samples[512 * index : 512 * index + 512]
         for base in range(starts[index], starts[index + 1], _LANES):
-            part = codes[base : min(base + _LANES, starts[index + 1])]
+            last = base + _LANES if base + _LANES < starts[index + 1] else starts[index + 1]
+            part = codes[base:last]
             _look(part, brick, home, axes, tile)
-            if min(own[0], own[1], own[2]) < 7:
+            if own[0] < 7 or own[1] < 7 or own[2] < 7:
                 _extend(part, own, tile)
             _solve(tile, (len(part) + 7) & ~7)
             for row in range(FOUND_ROWS):

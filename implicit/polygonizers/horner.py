@@ -10,7 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.evaluate import PolynomialField
-from implicit.polygonizers.blocks import find_bricks
+from implicit.kernels.elementary import FUSED
+from implicit.polygonizers.blocks import Dense, find_bricks
 from implicit.polygonizers.lattice import Lattice
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +21,7 @@ LANES = 64
 POINTS = 128
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, inline="always")
+@njit(**FUSED, inline="always")
 def _sum_powers(rows: Any, e: Any, t: Any, out: Any) -> None:
     """Set out to the sum of rows[0] to rows[e] times powers of t, up to four at a time; all are 64 long."""
     if e == 0:
@@ -49,43 +50,44 @@ def _sum_powers(rows: Any, e: Any, t: Any, out: Any) -> None:
                 out[k] = out[k] * t[k] + a[k]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def fill_bricks(powers: Any, lines: Any, bricks: Any, samples: Any) -> None:
+@njit(**FUSED)
+def fill_bricks(powers: Any, lines: Any, bricks: Any, samples: Any, plane: Any, t: Any) -> None:
     """Write the samples (n, 512) of bricks (n, 3): Horner's rule in z for 8 samples, in y for 64, in x for 512.
 
     powers (3, planes) hold t^step of every plane; lines (bricks along z, nx, ny, 64) the sums over powers of z, for
-    all y alike.
+    all y alike. To work in: plane (nx, 64), t (64,).
     """
     nx, ny = lines.shape[1], lines.shape[2]
-    plane, t = np.empty((nx, LANES)), np.empty(LANES)
     for index in range(len(bricks)):
         bx, by, bz = bricks[index, 0], bricks[index, 1], bricks[index, 2]
         for j in range(8):
             v = powers[1, 7 * by + j]
             for k in range(8):
                 t[8 * j + k] = v
-        for a in range(nx):
-            _sum_powers(lines[bz, a], ny - 1, t, plane[a])
-        for i in range(8):
-            u = powers[0, 7 * bx + i]
-            for k in range(LANES):
-                t[k] = u
-            _sum_powers(plane, nx - 1, t, samples[index, LANES * i : LANES * i + LANES])
+        for turn in range(nx + 8):  # powers of y, then of x: what is written once is compiled once
+            rows, e, i = plane, nx - 1, turn - nx
+            if turn < nx:
+                rows, e, out = lines[bz, turn], ny - 1, plane[turn]
+            else:
+                out = samples[index, LANES * i : LANES * i + LANES]
+                u = powers[0, 7 * bx + i]
+                for k in range(LANES):
+                    t[k] = u
+            _sum_powers(rows, e, t, out)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: Any, gradients: Any) -> None:
+@njit(**FUSED)
+def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: Any, gradients: Any, room: Any) -> None:
     """Values (n,) and gradients (3, n) at points (3, n), by Horner's rule with derivatives in z, y and x.
 
-    lengths (a, b): the number of powers of z up to the last coefficient that is not 0.
+    lengths (a, b): the number of powers of z up to the last coefficient that is not 0. room (15, POINTS).
     """
     nx, ny = lengths.shape
-    t, slope = np.zeros((3, POINTS)), np.empty((3, POINTS))
-    h, hz = np.empty(POINTS), np.empty(POINTS)
-    g, gy, gz = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
-    f, fx, fy, fz = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
+    t, slope, h, hz, g, gy, gz = room[:3], room[3:6], room[6], room[7], room[8], room[9], room[10]
+    f, fx, fy, fz = room[11], room[12], room[13], room[14]
     for base in range(0, points.shape[1], POINTS):
-        n = min(POINTS, points.shape[1] - base)
+        n = points.shape[1] - base
+        n = n if n < POINTS else POINTS
         for axis in range(3):
             source, own, factor = points[axis, base : base + n], t[axis], slope[axis]
             for k in range(n):
@@ -146,9 +148,8 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
             values[base + k] = f[k]
         for axis in range(3):
             out = gradients[axis, base : base + n]
-            d = fx if axis == 0 else (fy if axis == 1 else fz)
             for k in range(n):
-                out[k] = d[k] * slope[axis, k]
+                out[k] = room[12 + axis, k] * slope[axis, k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +174,7 @@ class PolynomialSampler:
         tensor = np.zeros(tuple(places.max(axis=0, initial=0) + 1))
         tensor[tuple(places.T)] = field.coefficients
         if bricks is None:
-            bricks = find_bricks(tensor, (x, y, z), lattice)
+            bricks = find_bricks([Dense(tensor, (x, y, z))], lattice)
         return cls(tensor, (x, y, z), lattice, bricks)
 
     @cached_property
@@ -202,7 +203,8 @@ class PolynomialSampler:
 
     def sample(self, bricks: BrickArray, samples: FloatArray) -> None:
         """Write f at the sample points of any bricks (n, 3) into samples (n, 512)."""
-        fill_bricks(self._powers, self._lines, bricks, samples)
+        room = np.empty((self.tensor.shape[0] + 1, LANES))
+        fill_bricks(self._powers, self._lines, bricks, samples, room[1:], room[0])
 
     def near(self, points: FloatArray, first: int, last: int, starts: Any) -> tuple[FloatArray, FloatArray]:
         """Values (n,) and gradients (3, n) at points (3, n)."""
@@ -211,5 +213,6 @@ class PolynomialSampler:
     def anywhere(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n,) and gradients (3, n) at points (3, n)."""
         values, gradients = np.empty(points.shape[1]), np.empty(points.shape)
-        differentiate(self.tensor, self._lengths, self.steps, np.ascontiguousarray(points), values, gradients)
+        room, points = np.zeros((15, POINTS)), np.ascontiguousarray(points)
+        differentiate(self.tensor, self._lengths, self.steps, points, values, gradients, room)
         return values, gradients

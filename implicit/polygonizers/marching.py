@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, extract
+from implicit.polygonizers.extract import TRIANGLES_PER_BRICK, VERTICES_PER_BRICK, Room, extract
 from implicit.polygonizers.guess import FOUND_ROWS, guess
-from implicit.polygonizers.roots import STATE_ROWS, finish, search, settle
+from implicit.polygonizers.roots import LANES, STATE_ROWS, TILE, finish, search, settle
 from implicit.polygonizers.samples import Sampler
 from implicit.work import Job, batches, check_memory, trimmed
 
@@ -71,6 +71,7 @@ class _Run:
         room = BATCH * _ROOM + VERTICES_PER_BRICK + _APART
         scratch = np.empty((2 * FOUND_ROWS + STATE_ROWS, room))  # one piece, as `_arrays` are
         self.found, self.part, self.state = np.split(scratch, (FOUND_ROWS, 2 * FOUND_ROWS))
+        self.room, self.tile, self.marks = Room.make(), np.zeros(TILE), np.empty(LANES, np.uint8)
         self.codes = np.empty(room, np.int32)
         self.rows, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
         self.begins = np.zeros(self.last - self.first + 1, np.int64)
@@ -108,7 +109,7 @@ class _Run:
             self._make_room(0, TRIANGLES_PER_BRICK, first + begin)
             end, n, self.t, finite = extract(
                 samples, bricks, begin, lattice.cells, self.low_x, self.low_y, self.low_z, self.n, self.codes,
-                self.starts, self.faces.reshape(-1), self.t,
+                self.starts, self.faces.reshape(-1), self.t, self.room,
             )  # fmt: skip
             if not finite:
                 refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])
@@ -117,7 +118,7 @@ class _Run:
             if n:
                 guess(
                     self.codes, self.starts, begin, end, samples.reshape(-1), bricks, lattice.padded, lattice.cells,
-                    self.found,
+                    self.found, self.tile, self.room.counts,
                 )  # fmt: skip
                 self._refine(first + begin, first + end, n, self.starts[begin : end + 1])
             begin = end
@@ -147,7 +148,7 @@ class _Run:
         values, gradients = self.sampler.near(self.found[:3, :n], first, last, starts)
         self.waiting, count, flat = settle(
             self.found, values, gradients, n, self.sampler.lattice.precision, self.vertices, self.normals, self.n,
-            self.rows, self.part, self.state, self.waiting, self.at_points,
+            self.rows, self.part, self.state, self.waiting, self.at_points, self.tile, self.marks,
         )  # fmt: skip
         self._note(count, flat)
         self.n += n

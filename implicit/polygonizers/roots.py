@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import INNER, copy
+from implicit.kernels.elementary import INNER, OPTIONS, copy
 from implicit.polygonizers.guess import FOUND_ROWS
 
 FloatArray = NDArray[np.float64]
@@ -25,10 +25,11 @@ STATE_ROWS = 5
 _CLOSE = 1e-6
 """A step settles a crossing when it is at most this share of the edge: the normal then belongs to the vertex."""
 
-_LANES = 64
+LANES = 64
 """Crossings at a time."""
 
-_TILE_ROWS = 18
+TILE = 18 * LANES
+"""Numbers in a tile, in rows of LANES each: see `_step`."""
 
 _OPEN, _PINNED, _FLAT = np.uint8(1), np.uint8(2), np.uint8(4)
 """Marks of a crossing: it needs more steps; it lies at a lattice point; it has no normal."""
@@ -37,10 +38,10 @@ SNAP = 4.0
 """A root within this many tolerances of a lattice point is moved there."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**OPTIONS)
 def settle(
     found: Any, values: Any, gradients: Any, n: int, tolerance: float, vertices: Any, normals: Any, first: int,
-    rows: Any, part: Any, state: Any, waiting: int, pinned: Any,
+    rows: Any, part: Any, state: Any, waiting: int, pinned: Any, tile: Any, marks: Any,
 ) -> Any:  # fmt: skip
     """One step for n crossings, written with their unit normals from row `first` of vertices and normals on.
 
@@ -49,23 +50,22 @@ def settle(
     off. The gradient is that of a point s away, so s has to be small as well. Those that do not settle by that are
     listed in `rows`, and copied to `part` with their step done and the search begun in `state`, behind the `waiting`
     that are there already. Returns how many these are then; how many lie at a lattice point, listed in `pinned` with
-    their row; and how many have no normal.
+    their row; and how many have no normal. To work in: tile (TILE,), marks (LANES,).
     """
     count, flat = 0, 0
-    tile, marks = np.zeros(_TILE_ROWS * _LANES), np.empty(_LANES, np.uint8)
-    for base in range(0, n, _LANES):
-        m = min(_LANES, n - base)
+    for base in range(0, n, LANES):
+        m = LANES if n - base > LANES else n - base
         for row in range(FOUND_ROWS):
-            copy(tile[_LANES * row : _LANES * row + m], found[row, base : base + m])
-        copy(tile[_LANES * 8 : _LANES * 8 + m], values[base : base + m])
+            copy(tile[LANES * row : LANES * row + m], found[row, base : base + m])
+        copy(tile[LANES * 8 : LANES * 8 + m], values[base : base + m])
         for axis in range(3):
-            copy(tile[_LANES * (9 + axis) : _LANES * (9 + axis) + m], gradients[axis, base : base + m])
+            copy(tile[LANES * (9 + axis) : LANES * (9 + axis) + m], gradients[axis, base : base + m])
         some = _step(tile, tolerance, marks)
         for q in range(m):
             row = first + base + q
             for axis in range(3):
-                vertices[row, axis] = tile[_LANES * (12 + axis) + q]
-                normals[row, axis] = tile[_LANES * (15 + axis) + q]
+                vertices[row, axis] = tile[LANES * (12 + axis) + q]
+                normals[row, axis] = tile[LANES * (15 + axis) + q]
         if some == 0:
             continue
         for q in range(m):
@@ -85,15 +85,15 @@ def settle(
 def _step(tile: Any, tolerance: float, marks: Any) -> Any:
     """Where one step leads and the unit normals, for all of a tile; what is to be said of each crossing in `marks`.
 
-    The rows of the tile (18 of _LANES each): 0-7 as in `found`, 8 f, 9-11 the gradient, then 12-14 the point and 15-17
+    The rows of the tile (18 of LANES each): 0-7 as in `found`, 8 f, 9-11 the gradient, then 12-14 the point and 15-17
     the normal. One array with places known beforehand is what lets the loop vectorise. Returns all marks together.
     """
     some, snap = np.uint8(0), SNAP * tolerance
-    for k in range(_LANES):
-        x0, x1, x2, low = tile[k], tile[_LANES + k], tile[2 * _LANES + k], tile[3 * _LANES + k]
-        high, at_low, at_high = tile[4 * _LANES + k], tile[5 * _LANES + k], tile[6 * _LANES + k]
-        axis, f = tile[7 * _LANES + k], tile[8 * _LANES + k]
-        a, b, c = tile[9 * _LANES + k], tile[10 * _LANES + k], tile[11 * _LANES + k]
+    for k in range(LANES):
+        x0, x1, x2, low = tile[k], tile[LANES + k], tile[2 * LANES + k], tile[3 * LANES + k]
+        high, at_low, at_high = tile[4 * LANES + k], tile[5 * LANES + k], tile[6 * LANES + k]
+        axis, f = tile[7 * LANES + k], tile[8 * LANES + k]
+        a, b, c = tile[9 * LANES + k], tile[10 * LANES + k], tile[11 * LANES + k]
         first, second = axis == 0.0, axis == 1.0
         x = x0 if first else (x1 if second else x2)
         slope = a if first else (b if second else c)
@@ -115,10 +115,10 @@ def _step(tile: Any, tolerance: float, marks: Any) -> Any:
         goal = low if near_low else (high if near_high else goal)
         length = np.sqrt(a * a + b * b + c * c)
         scale = 1.0 / length if length > 0.0 else 0.0
-        tile[12 * _LANES + k] = goal if first else x0
-        tile[13 * _LANES + k] = goal if second else x1
-        tile[14 * _LANES + k] = x2 if first | second else goal
-        tile[15 * _LANES + k], tile[16 * _LANES + k], tile[17 * _LANES + k] = a * scale, b * scale, c * scale
+        tile[12 * LANES + k] = goal if first else x0
+        tile[13 * LANES + k] = goal if second else x1
+        tile[14 * LANES + k] = x2 if first | second else goal
+        tile[15 * LANES + k], tile[16 * LANES + k], tile[17 * LANES + k] = a * scale, b * scale, c * scale
         mark = np.uint8(0) if sure | zero | (step <= tolerance) else _OPEN
         mark |= _PINNED if near_low | near_high else np.uint8(0)
         mark |= np.uint8(0) if length > 0.0 else _FLAT
@@ -134,7 +134,7 @@ def _begin(
     """Copy crossing k to a place in `part`, with its first step done and its bracket in `state`."""
     for row in range(FOUND_ROWS):
         part[row, place] = found[row, k]
-    axis = int(found[7, k])
+    axis = np.int64(found[7, k])
     x, f = found[axis, k], values[k]
     low, high, at_low, at_high = found[3, k], found[4, k], found[5, k], found[6, k]
     target = x - f / gradients[axis, k]
@@ -147,11 +147,12 @@ def _begin(
     if not (low <= target <= high):
         target = 0.5 * (low + high)
     state[0, place], state[1, place], state[2, place], state[3, place] = low, high, at_low, at_high
-    state[4, place] = max(abs(target - x), 2.0 * tolerance)
+    step, least = abs(target - x), 2.0 * tolerance
+    state[4, place] = least if least > step else step
     part[axis, place] = target
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**OPTIONS)
 def advance(found: Any, state: Any, values: Any, gradients: Any, n: int, tolerance: float, still: Any) -> int:
     """One more step for every crossing that is not settled; how many are left, and listed in `still`."""
     left = 0
@@ -159,7 +160,7 @@ def advance(found: Any, state: Any, values: Any, gradients: Any, n: int, toleran
         last = state[4, k]
         if last == 0.0:
             continue
-        axis = int(found[7, k])
+        axis = np.int64(found[7, k])
         x, f, slope = found[axis, k], values[k], gradients[axis, k]
         if found[5, k] == 0.0 or found[6, k] == 0.0:
             state[4, k] = 0.0
@@ -184,14 +185,14 @@ def advance(found: Any, state: Any, values: Any, gradients: Any, n: int, toleran
     return left
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**OPTIONS)
 def finish(
     found: Any, gradients: Any, rows: Any, tolerance: float, vertices: Any, normals: Any, pinned: Any
 ) -> tuple[int, int]:
     """Write points and unit normals to `rows` (n,); how many are listed in `pinned`, and how many have no normal."""
     count, flat = 0, 0
     for k in range(len(rows)):
-        axis, row = int(found[7, k]), rows[k]
+        axis, row = np.int64(found[7, k]), rows[k]
         low, high, target = found[3, k], found[4, k], found[axis, k]
         at_low, at_high = target - low <= SNAP * tolerance, high - target <= SNAP * tolerance
         if at_low or at_high:

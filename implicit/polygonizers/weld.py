@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from implicit.kernels.elementary import OPTIONS
 from implicit.mesh import area_weighted_normals
 from implicit.topology import components, find_edges, split_vertices
 from implicit.work import trimmed
@@ -92,9 +93,9 @@ def _compact(vertices: FloatArray, normals: FloatArray, faces: IntArray, near: I
     return trimmed(vertices, size), trimmed(normals, size), trimmed(faces, count)
 
 
-@njit(cache=True, nogil=True)
-def _squeeze(vertices: Any, normals: Any, faces: Any) -> tuple[int, int]:
-    number = np.full(len(vertices), -1)
+@njit(**OPTIONS)
+def _squeeze(vertices: Any, normals: Any, faces: Any, number: Any) -> tuple[int, int]:
+    """Move what stays to the front, how many vertices and faces that is; number (vertices,) starts as -1."""
     t = 0
     for row in range(len(faces)):
         a, b, c = faces[row, 0], faces[row, 1], faces[row, 2]
@@ -118,7 +119,7 @@ def _squeeze(vertices: Any, normals: Any, faces: Any) -> tuple[int, int]:
 
 def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Arrays:
     """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
-    n, t = _squeeze(vertices, normals, faces)
+    n, t = _squeeze(vertices, normals, faces, np.full(len(vertices), -1))
     return trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)
 
 
@@ -141,16 +142,20 @@ def _marks(members: IntArray, size: int) -> NDArray[np.bool_]:
     return marked
 
 
-@njit(cache=True, nogil=True)
-def list_marked(faces: Any, marked: Any) -> Any:
-    """The rows of `faces` with a marked vertex."""
-    found = np.empty(len(faces), np.int64)
+@njit(**OPTIONS)
+def _list_marked(faces: Any, marked: Any, found: Any) -> int:
     count = 0
     for row in range(len(faces)):
         if marked[faces[row, 0]] or marked[faces[row, 1]] or marked[faces[row, 2]]:
             found[count] = row
             count += 1
-    return found[:count].copy()
+    return count
+
+
+def list_marked(faces: IntArray, marked: NDArray[np.bool_]) -> IntArray:
+    """The rows of `faces` with a marked vertex."""
+    found = np.empty(len(faces), np.int64)
+    return found[: _list_marked(faces, marked, found)].copy()
 
 
 def _groups(vertices: FloatArray, faces: IntArray, meeting: IntArray) -> tuple[IntArray, IntArray]:

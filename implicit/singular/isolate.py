@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import INNER, OPTIONS
+from implicit.kernels.elementary import INNER, MAKING, OPTIONS
 from implicit.singular.restrict import restrict
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,7 @@ def place(box: Ints, lower: Floats, width: Floats) -> None:
         lower[a] = -1.0 + width[a] * box[1 + a]
 
 
-@njit(**INNER)
+@njit(**{**INNER, **MAKING})
 def spread(b: Floats, shape: Ints, first: int, second: int) -> tuple[float, float]:
     """Least and greatest difference of coefficients along the axes first and second (-1: none), times degrees."""
     end = shape.copy()
@@ -58,7 +58,7 @@ def spread(b: Floats, shape: Ints, first: int, second: int) -> tuple[float, floa
     return factor * least, factor * greatest
 
 
-@njit(**INNER)
+@njit(**{**INNER, **MAKING})
 def slope(b: Floats, shape: Ints, axis: int) -> float:
     """The derivative along an axis at the centre of the unit box."""
     stride = np.array([shape[1] * shape[2], shape[2], 1])
@@ -97,7 +97,7 @@ def invert(m: Floats, out: Floats) -> bool:
     return True
 
 
-@njit(**INNER, inline="always")
+@njit(**{**INNER, **MAKING}, inline="always")
 def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
     """Krawczyk's test of grad f on the unit box: 1 exactly one zero (near root), -1 none, 0 unknown.
 
@@ -185,7 +185,7 @@ def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floa
     return contract(b, error, shape, root) if precondition else 0
 
 
-@njit(**OPTIONS)
+@njit(**{**OPTIONS, **MAKING})
 def search(
     high: Floats,
     low: Floats,
