@@ -23,6 +23,9 @@ _NEAR = 0.2
 """Vertices within this share of a cell of the sphere are moved onto it."""
 _ACROSS = 0.7
 """Of a side whose height changes by more than this share of its length only one end is moved."""
+_CHORDS = 6
+_HIT = 1e-3
+"""A place so near to the wall, as a share of a cell, is where to start for the curve."""
 _ON = 1e-9
 """Fixed vertices within this share of a cell of the wall are on it."""
 
@@ -114,8 +117,7 @@ def cut_along(
     while True:
         side = np.where(movable | on, 0, np.where(height < 0, -1, 1)).astype(np.int8)
         kept, cut = _cut(side, faces, height)
-        a, b = height[cut[:, 0]][:, None], height[cut[:, 1]][:, None]
-        fresh = rim.reach((old[cut[:, 0]] * b - old[cut[:, 1]] * a) / (b - a))
+        fresh = rim.reach(_on_wall(rim, old[cut[:, 0]], old[cut[:, 1]], height[cut[:, 0]], height[cut[:, 1]]))
         places, upright = (np.concatenate(pair) for pair in zip((vertices, normals), fresh, strict=True))
         bad = np.append(split_vertices(kept, find_edges(kept, len(places))), _turned(places, upright, kept))
         bad = bad[bad < len(old)]
@@ -124,6 +126,21 @@ def cut_along(
             return places, upright, np.concatenate([whole, kept])
         movable[bad] = False
         vertices[bad], normals[bad] = old[bad], ups[bad]
+
+
+def _on_wall(rim: Rim, p: FloatArray, q: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where the sides from p to q (n, 3), with heights low < 0 and high > 0 (n,), meet the wall, by a few chords."""
+    start, end = np.zeros(len(p)), np.ones(len(p))
+    for _ in range(_CHORDS):
+        share = (start * high - end * low) / (high - low)
+        points = p + share[:, None] * (q - p)
+        height = rim.heights(points)
+        if (np.abs(height) < _HIT * rim.cell).all():
+            break
+        inside = height < 0
+        start, low = np.where(inside, (share, height), (start, low))
+        end, high = np.where(inside, (end, high), (share, height))
+    return points
 
 
 def _turned(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> IntArray:
