@@ -16,7 +16,7 @@ from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
 from implicit.polygonizers.conforming.stations import Stations, find_stations
 from implicit.polygonizers.conforming.stretch import find_stretches
 from implicit.polygonizers.conforming.tube import Tube, surround
-from implicit.polygonizers.conforming.zone import Stretch, Zones
+from implicit.polygonizers.conforming.zone import Zones
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -168,20 +168,17 @@ def _surroundings(
     arcs = frame.arcs
     found = [find_stations(local, k, arcs, frame.balls, frame.stops[k], limits) for k in range(len(arcs))]
     courses = [course for course in found if course]
-    stretches: list[Stretch] = []
-    tubes = []
+    stretches = find_stretches(local, [course for course in courses if course.number not in whole], arcs, frame.balls)
+    parts = []
     for course in courses:
-        mine = find_stretches(local, course, arcs, frame.balls) if course.number not in whole else []
-        stretches += mine
         near = np.flatnonzero(local.heights(course.places) < _FOLLOWED)
         if not len(near):
             continue
-        starts, ends = ([part.bare[side] for part in mine] for side in (0, 1))
+        bare = [stretch.bare for stretch in stretches if stretch.course is course]
         reach = max(int(near[0]) - 1, 0), min(int(near[-1]) + 1, course.last)
-        for first, last in zip([reach[0], *ends], [*starts, reach[1]], strict=True):
-            if last > first:
-                tubes.append(surround(local, course, first, last, rng))
-    return courses, Zones(stretches), tubes
+        ranges = zip([reach[0], *(end for _, end in bare)], [*(start for start, _ in bare), reach[1]], strict=True)
+        parts += [(course, first, last) for first, last in ranges if last > first]
+    return courses, Zones(stretches), surround(local, parts, rng)
 
 
 def _room(local: Local, point: FloatArray) -> float:

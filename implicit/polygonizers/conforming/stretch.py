@@ -14,6 +14,7 @@ from implicit.polygonizers.conforming.stations import Stations, gaps
 from implicit.polygonizers.conforming.zone import Stretch
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _INNER = 1 / 9
@@ -42,15 +43,29 @@ _LEAST = 2.0
 """A stretch is worth it where it spares tetrahedra over so many cells."""
 
 
-def find_stretches(local: Local, course: Stations, arcs: list[Arc], balls: list[Ball]) -> list[Stretch]:
-    """The stretches of a course, in order. A closed one is taken whole or not at all."""
-    sheets, radii = _sheets(local, course)
-    room = _room(course, arcs, balls)
-    if course.arc.closed:
-        radii = np.full(len(radii), radii.max())
-        if (sheets < 0).any() or (sheets != sheets[0]).any() or (radii > room).any():
-            return []
-        return [Stretch(course, 0, course.last, int(sheets[0]), radii, (True, True), (0, course.last))]
+def find_stretches(local: Local, courses: list[Stations], arcs: list[Arc], balls: list[Ball]) -> list[Stretch]:
+    """The stretches of courses, in order. A closed one is taken whole or not at all."""
+    if not courses:
+        return []
+    sheets, radii = _sheets(local, courses)
+    ends = np.cumsum([len(course.places) for course in courses])[:-1]
+    result = []
+    for course, number, radius in zip(courses, np.split(sheets, ends), np.split(radii, ends), strict=True):
+        room = _room(course, arcs, balls)
+        result += (_round if course.arc.closed else _between)(local, course, number, radius, room)
+    return result
+
+
+def _round(local: Local, course: Stations, sheets: IntArray, radii: FloatArray, room: FloatArray) -> list[Stretch]:
+    """The whole of a closed course, if it is a stretch."""
+    radii = np.full(len(radii), radii.max())
+    if (sheets < 0).any() or (sheets != sheets[0]).any() or (radii > room).any():
+        return []
+    return [Stretch(course, 0, course.last, int(sheets[0]), radii, (True, True), (0, course.last))]
+
+
+def _between(local: Local, course: Stations, sheets: IntArray, radii: FloatArray, room: FloatArray) -> list[Stretch]:
+    """The stretches of a course that has ends, made shorter until their zones have room."""
     free = local.heights(course.places[[0, -1]]) > radii[[0, -1]] + _CLEAR
     good = (sheets >= 0) & (room > 0)
     while True:
@@ -61,17 +76,23 @@ def find_stretches(local: Local, course: Stations, arcs: list[Arc], balls: list[
         good[np.concatenate(tight)] = False
 
 
-def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArray]:
-    """How many sheets (n,) there are round each station, -1 where they are not well apart, or not the same nearer to
-    the curve; and the radius outside which no cell meets two.
-    """
+def _ways(course: Stations) -> FloatArray:
+    """The tangents (n, 3) at stations, of any length."""
     places = course.places
     before, after = np.roll(places, 1, axis=0), np.roll(places, -1, axis=0)
     if course.arc.closed:  # the last station is the first
         before[0], after[-1] = places[-2], places[1]
     else:
         before[0], after[-1] = places[0], places[-1]
-    axes = frame(unit_rows(after - before))
+    return after - before
+
+
+def _sheets(local: Local, courses: list[Stations]) -> tuple[IntArray, FloatArray]:
+    """How many sheets (n,) there are round each station of all courses, -1 where they are not well apart, or not the
+    same nearer to the curve; and the radius outside which no cell meets two.
+    """
+    places = np.concatenate([course.places for course in courses])
+    axes = frame(unit_rows(np.concatenate([_ways(course) for course in courses])))
     circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
     count = len(circles)
     found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
@@ -79,12 +100,12 @@ def _sheets(local: Local, course: Stations) -> tuple[NDArray[np.int64], FloatArr
     radii = np.maximum(_LEAST_RADIUS, _GAP / np.sin(angle.clip(_ANGLE, np.pi / 2)))
     scales = [[radius / _LEAST_RADIUS, *_SCALES] for radius in radii]
     rings = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
-    crossed, seen = (part.reshape(count, -1) for part in counts(local, rings))
+    crossed, seen = (part.reshape(count, 1 + len(_SCALES)) for part in counts(local, rings))
     same = ((crossed == number[:, None]) | ~seen).all(axis=1)
     return np.where(same & straight & (angle > _ANGLE), number, -1), radii
 
 
-def _apart(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[NDArray[np.int64], FloatArray, Mask]:
+def _apart(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[IntArray, FloatArray, Mask]:
     """How many angles (n,) there are on each outer ring, the least between two, and whether they are the same on the
     inner one.
     """
@@ -116,7 +137,7 @@ def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
     return np.minimum(result, np.minimum(np.append(straight, np.inf), np.insert(straight, 0, np.inf)))
 
 
-def _runs(good: Mask, sheets: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+def _runs(good: Mask, sheets: IntArray) -> Iterator[tuple[int, int]]:
     """The first and last rows of runs of good stations with the same number of sheets."""
     name = np.where(good, sheets, -1)
     cuts = np.flatnonzero(np.diff(name)) + 1

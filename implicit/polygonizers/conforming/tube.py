@@ -1,6 +1,7 @@
 """Tubes round parts of singular curves: a ring of vertices round each edge between two stations."""
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,23 +54,23 @@ class Tube:
         return self.course.arc.closed and self.last - self.first == self.course.last
 
 
-def surround(local: Local, course: Stations, first: int, last: int, rng: np.random.Generator) -> Tube:
-    """The tube round the stations from row `first` to row `last`."""
-    sizes = course.sizes[first : last + 1]
-    segments = _segments(local, course.places[first : last + 1], 0.5 * (sizes[1:] + sizes[:-1]), rng)
-    return Tube(course, first, last, segments)
+def surround(local: Local, parts: list[tuple[Stations, int, int]], rng: np.random.Generator) -> list[Tube]:
+    """The tubes round courses from one row of stations to another."""
+    circles: list[Circle] = []
+    ends: list[FloatArray] = []
+    for course, first, last in parts:
+        stations, sizes = course.places[first : last + 1], course.sizes[first : last + 1]
+        way = np.diff(stations, axis=0)
+        length = np.linalg.norm(way, axis=1)
+        radii = np.maximum(0.5 * (sizes[1:] + sizes[:-1]), 0.62 * length)
+        middles, axes = (stations[1:] + stations[:-1]) / 2, frame(way / length[:, None])
+        circles += [Circle(*four) for four in zip(middles, *axes, radii.tolist(), strict=True)]
+        ends += [stations[row : row + 2] for row in range(last - first)]
+    segments = iter([_segment(*three, rng) for three in zip(ends, circles, crossings(local, circles), strict=True)])
+    return [Tube(course, first, last, tuple(islice(segments, last - first))) for course, first, last in parts]
 
 
-def _segments(local: Local, stations: FloatArray, sizes: FloatArray, rng: np.random.Generator) -> tuple[Segment, ...]:
-    """The edges between stations with their rings."""
-    way = np.diff(stations, axis=0)
-    length = np.linalg.norm(way, axis=1)
-    middles, axes = (stations[1:] + stations[:-1]) / 2, frame(way / length[:, None])
-    radii = np.maximum(sizes, 0.62 * length)
-    circles = [Circle(*parts) for parts in zip(middles, *axes, radii.tolist(), strict=True)]
-    result = []
-    for row, (circle, roots) in enumerate(zip(circles, crossings(local, circles), strict=True)):
-        ring = circle.at(beside(roots))
-        ring += rng.normal(size=ring.shape) * 1e-4 * circle.radius
-        result.append(Segment(stations[row : row + 2], circle, ring, len(roots)))
-    return tuple(result)
+def _segment(ends: FloatArray, circle: Circle, roots: FloatArray, rng: np.random.Generator) -> Segment:
+    """The edge between two places, and a ring on the circle, which the surface crosses at these angles."""
+    ring = circle.at(beside(roots))
+    return Segment(ends, circle, ring + rng.normal(size=ring.shape) * 1e-4 * circle.radius, len(roots))
