@@ -74,15 +74,19 @@ def conforming(
     """The mesh of f = 0 within `bounds` that has the singular points and curves of the surface as vertices and edges.
 
     The fast sweep meshes the surface everywhere. Round each isolated singular point its triangles in a block of cells
-    are replaced by the cone from the point over the rim they leave, where it is proved that the surface is one. Round
-    all other singular points and curves the cells become tetrahedra with the singular set among their edges.
+    are replaced by the cone from the point over the rim they leave, where it is proved that the surface is one. Along
+    singular curves whose sheets stand well apart the triangles near the curve give way to ribbons between the curve
+    and the rims of what is left. Round all other singular points and curves the cells become tetrahedra with the
+    singular set among their edges.
 
     locus   the singular points and curves, if they are known; found by `singularities` if not
 
     Promised: `points` are the vertices at special points, and every edge of `curves` that carries sheets is an edge of
     the mesh; parts of `curves` without faces are solitary. Blocks are proved, up to the rounding of the polynomial's
     coefficients, and so is, of a polynomial, that no edge of a tetrahedron is crossed twice, nor an edge or triangle of
-    the spheres round special points. Inside, tetrahedra are refined until samples of f and its gradient agree.
+    the spheres round special points. Inside, tetrahedra are refined until samples of f and its gradient agree. Ribbons
+    are laid where rings round the curve meet as many sheets at each station, at several sizes, as there are rims from
+    end to end, and no triangle is turned over; elsewhere there are tetrahedra.
     `unresolved` lists a box round everything that is singular or may be and is not resolved so, and round triangles
     over which the gradient turns by more than 78 degrees. Where it turns by more than 53 degrees the cells around are
     searched for singular points, and what is left of them is listed too. It is empty when there is nothing of the
