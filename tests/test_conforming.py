@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from implicit import Ball, Box, Surface, polygonize
 from implicit.mesh import Mesh
 from implicit.polygonizers.conforming import conforming
-from implicit.polygonizers.conforming.block import find_blocks
-from implicit.polygonizers.conforming.blowup import Germ, is_cone
 from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.points.block import find_blocks
+from implicit.polygonizers.conforming.points.blowup import Germ, is_cone
 from implicit.singular import SingularLocus, SingularPoint
 from tests.benchmarks.conforming import turned
 from tests.singular_cases import case_of, residual, topology, truth_of

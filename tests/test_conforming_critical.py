@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from implicit import Surface
 from implicit.domain import to_bounds
-from implicit.polygonizers.conforming.critical import critical_radius
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.points.critical import critical_radius
 
 NONE = np.zeros((0, 3))
 

@@ -5,7 +5,7 @@ import pytest
 
 from implicit import Mesh, Surface
 from implicit.polygonizers.conforming import conforming
-from implicit.polygonizers.conforming.inward import _LEVELS, refine_inwards
+from implicit.polygonizers.conforming.points.inward import _LEVELS, refine_inwards
 from tests.singular_cases import topology
 
 CURVED = ["x^2 + y^2 = z^3", "x^2 + y^2 = z^4", "x^2 + y^2*z - z^3", "x^2 + y^2 = z^2 + z^3"]

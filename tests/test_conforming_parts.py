@@ -7,14 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from implicit import Ball, Surface
-from implicit.polygonizers.conforming.arc import Arc
-from implicit.polygonizers.conforming.blowup import Germ, has_regular_cone
-from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.check import turning
+from implicit.polygonizers.conforming.curves.arc import Arc
+from implicit.polygonizers.conforming.curves.ring import Circle, counts, crossings, stable
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local, among, distinct, frame, merged, pairs_of
-from implicit.polygonizers.conforming.region import build_region, cells_round
-from implicit.polygonizers.conforming.ring import Circle, counts, crossings, stable
+from implicit.polygonizers.conforming.points.blowup import Germ, has_regular_cone
+from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
+from implicit.polygonizers.conforming.tetrahedra.region import build_region, cells_round
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

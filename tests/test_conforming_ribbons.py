@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from implicit import Ball, Mesh, Surface
-from implicit.polygonizers.conforming import conforming, neighbourhood, ribbon
-from implicit.polygonizers.conforming.arc import Arc
+from implicit.polygonizers.conforming import conforming, neighbourhood
+from implicit.polygonizers.conforming.curves import ribbon
+from implicit.polygonizers.conforming.curves.arc import Arc
+from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, _chains, fault
+from implicit.polygonizers.conforming.curves.stations import Stations
+from implicit.polygonizers.conforming.curves.zone import Stretch, Zones
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.rim import Ragged, Rim, _chains, fault
-from implicit.polygonizers.conforming.stations import Stations
-from implicit.polygonizers.conforming.zone import Stretch, Zones
 from tests.singular_cases import case_of, residual, topology, truth_of
 
 Floats = NDArray[np.float64]

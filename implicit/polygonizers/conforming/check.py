@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.conforming.grid import Grid
-from implicit.polygonizers.conforming.region import cells_round
+from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

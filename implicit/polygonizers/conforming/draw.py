@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.block import Block, put_cones
 from implicit.polygonizers.conforming.check import boxes_round
+from implicit.polygonizers.conforming.curves.ribbon import lay_ribbons
 from implicit.polygonizers.conforming.grid import Grid
-from implicit.polygonizers.conforming.inward import refine_inwards
-from implicit.polygonizers.conforming.join import join_patch
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.region import cells_round
-from implicit.polygonizers.conforming.ribbon import lay_ribbons
+from implicit.polygonizers.conforming.points.block import Block, put_cones
+from implicit.polygonizers.conforming.points.inward import refine_inwards
+from implicit.polygonizers.conforming.tetrahedra.join import join_patch
+from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 from implicit.polygonizers.weld import list_marked
 
 FloatArray = NDArray[np.float64]

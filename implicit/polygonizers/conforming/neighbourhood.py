@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import Rim
-from implicit.polygonizers.conforming.arc import Arc, find_arcs
-from implicit.polygonizers.conforming.ball import Ball, find_ball
+from implicit.polygonizers.conforming.curves.arc import Arc, find_arcs
+from implicit.polygonizers.conforming.curves.repeats import CLOSE, apart, beside_arcs, without_repeats
+from implicit.polygonizers.conforming.curves.stations import Stations, find_stations
+from implicit.polygonizers.conforming.curves.stretch import find_stretches
+from implicit.polygonizers.conforming.curves.tube import Tube, surround
+from implicit.polygonizers.conforming.curves.zone import Zones
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.refine import Patch, mesh_region
-from implicit.polygonizers.conforming.repeats import CLOSE, apart, beside_arcs, without_repeats
-from implicit.polygonizers.conforming.skeleton import Skeleton, build_skeleton
-from implicit.polygonizers.conforming.stations import Stations, find_stations
-from implicit.polygonizers.conforming.stretch import find_stretches
-from implicit.polygonizers.conforming.tube import Tube, surround
-from implicit.polygonizers.conforming.zone import Zones
+from implicit.polygonizers.conforming.points.ball import Ball, find_ball
+from implicit.polygonizers.conforming.tetrahedra.refine import Patch, mesh_region
+from implicit.polygonizers.conforming.tetrahedra.skeleton import Skeleton, build_skeleton
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

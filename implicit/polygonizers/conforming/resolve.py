@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.block import Block, find_blocks
 from implicit.polygonizers.conforming.check import hidden
+from implicit.polygonizers.conforming.curves.repeats import SAME, apart
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood, mesh_neighbourhood
-from implicit.polygonizers.conforming.repeats import SAME, apart
+from implicit.polygonizers.conforming.points.block import Block, find_blocks
 
 if TYPE_CHECKING:
     from implicit.singular import SingularLocus

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.block import boundary
-from implicit.polygonizers.conforming.zone import Stretch, ZoneRim, Zones
+from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim, Zones
+from implicit.polygonizers.conforming.points.block import boundary
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import cut_along
-from implicit.polygonizers.conforming.inward import Mesh, split_fans, turned
+from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, fault, find_rims, in_order
+from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim, onto
 from implicit.polygonizers.conforming.local import Local, at_some
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.rim import Ragged, Rim, fault, find_rims, in_order
-from implicit.polygonizers.conforming.zone import Stretch, ZoneRim, onto
+from implicit.polygonizers.conforming.points.inward import Mesh, split_fans, turned
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

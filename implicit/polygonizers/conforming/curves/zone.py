@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.polygonizers.clip import unit
+from implicit.polygonizers.conforming.curves.stations import Stations
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.region import cells_round
-from implicit.polygonizers.conforming.stations import Stations
+from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -6,9 +6,9 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from implicit.polygonizers.conforming.curves.ring import Circle, beside, crossings
+from implicit.polygonizers.conforming.curves.stations import Stations
 from implicit.polygonizers.conforming.local import Local, frame
-from implicit.polygonizers.conforming.ring import Circle, beside, crossings
-from implicit.polygonizers.conforming.stations import Stations
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
 from implicit.polygonizers.conforming.local import among, at_all, at_some
-from implicit.polygonizers.conforming.region import Region, cells_round
+from implicit.polygonizers.conforming.tetrahedra.region import Region, cells_round
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.evaluate import PolynomialField
-from implicit.polygonizers.conforming.hull import Hull
+from implicit.polygonizers.conforming.points.hull import Hull
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.enclose import changes
 from implicit.polygonizers.conforming.local import Local, unit_rows
-from implicit.polygonizers.conforming.sheets import find_roots
+from implicit.polygonizers.conforming.tetrahedra.sheets import find_roots
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

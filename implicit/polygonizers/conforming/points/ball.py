@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.arc import Arc
-from implicit.polygonizers.conforming.critical import critical_radius
-from implicit.polygonizers.conforming.link import Link, find_link
+from implicit.polygonizers.conforming.curves.arc import Arc
 from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.points.critical import critical_radius
+from implicit.polygonizers.conforming.points.link import Link, find_link
 
 FloatArray = NDArray[np.float64]
 

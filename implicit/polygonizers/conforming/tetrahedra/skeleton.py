@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.ball import Ball
-from implicit.polygonizers.conforming.tube import Tube
+from implicit.polygonizers.conforming.curves.tube import Tube
+from implicit.polygonizers.conforming.points.ball import Ball
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

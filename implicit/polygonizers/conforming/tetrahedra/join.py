@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.block import Put
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import among
-from implicit.polygonizers.conforming.refine import Patch
+from implicit.polygonizers.conforming.points.block import Put
+from implicit.polygonizers.conforming.tetrahedra.refine import Patch
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
-from implicit.polygonizers.conforming.blowup import Germ, has_regular_cone, is_cone
 from implicit.polygonizers.conforming.grid import Grid
+from implicit.polygonizers.conforming.points.blowup import Germ, has_regular_cone, is_cone
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

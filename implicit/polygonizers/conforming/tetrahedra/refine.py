@@ -1,17 +1,24 @@
 """Tetrahedra near the singular set, refined until they see the surface, and the triangles in them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.cavity import Cavity, dead_vertices
+from implicit.polygonizers.conforming.curves.zone import Zones
 from implicit.polygonizers.conforming.enclose import changes
 from implicit.polygonizers.conforming.local import Local, among, at_all, distinct, merged, pairs_of, unit_rows
-from implicit.polygonizers.conforming.region import Region, build_region, cells_round
-from implicit.polygonizers.conforming.sheets import find_roots, flat_tetrahedra, in_pyramids, in_tetrahedra, met
-from implicit.polygonizers.conforming.skeleton import Skeleton, thin
-from implicit.polygonizers.conforming.zone import Zones
+from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
+from implicit.polygonizers.conforming.tetrahedra.region import Region, build_region, cells_round
+from implicit.polygonizers.conforming.tetrahedra.seen import WAY, Seen, Waits, names_of
+from implicit.polygonizers.conforming.tetrahedra.sheets import (
+    find_roots,
+    flat_tetrahedra,
+    in_pyramids,
+    in_tetrahedra,
+    met,
+)
+from implicit.polygonizers.conforming.tetrahedra.skeleton import Skeleton, thin
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -20,14 +27,10 @@ _ROUNDS = 60
 _REACH = 1
 """The region reaches so many cells beyond the cells with new vertices."""
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
-_WAY = np.array([1.0, np.pi, np.e])
-"""Places have different shares along this way, so that sums and products of these can stand for edges and simplices."""
 _TURN = 0.2
 _AWAY = 0.3
 _APART = 0.12
 """New vertices are so far from all others, as a share of the spacing there."""
-_STUCK = 1 / 6
-"""Where that kept a vertex out the round before, it may be nearer by so much."""
 _LEAST = 1e-6
 """The spacing, in cells, below which nothing is tried any more."""
 _FLAT = 0.05
@@ -59,22 +62,7 @@ class Patch:
     blocked: FloatArray
     around: FloatArray
     cavity: Cavity
-    seen: "_Seen"
-
-
-@dataclass(eq=False)
-class _Seen:
-    """What need not be looked at again, or must be, by names: edges that are right, corners of tetrahedra with an edge
-    that is not or with a finger of the other sign, and tetrahedra whose triangles are right.
-    """
-
-    edges: FloatArray = field(default_factory=lambda: np.zeros(0))
-    hit: FloatArray = field(default_factory=lambda: np.zeros(0))
-    right: FloatArray = field(default_factory=lambda: np.zeros(0))
-
-    def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
-        """The tetrahedra that have all their corners at such places."""
-        return tetrahedra[at_all(among(places @ _WAY, self.hit), tetrahedra)] if len(self.hit) else tetrahedra[:0]
+    seen: Seen
 
 
 def mesh_region(
@@ -87,11 +75,11 @@ def mesh_region(
         return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
 
     doubtful, blocked = [], []
-    refined, waits = False, _Waits()
+    refined, waits = False, Waits()
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
-    seen = before.seen if before else _Seen()
+    seen = before.seen if before else Seen()
     dead, kept = np.zeros(0, bool), np.zeros((0, 3))
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
@@ -163,31 +151,8 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
     return signs
 
 
-@dataclass(eq=False)
-class _Waits:
-    """Places where a vertex was wanted the round before, by name, and the spacing that was asked for."""
-
-    names: FloatArray = field(default_factory=lambda: np.zeros(0))
-    spacing: FloatArray = field(default_factory=lambda: np.zeros(0))
-
-    def nearer(self, places: FloatArray, spacing: FloatArray) -> FloatArray:
-        """The spacing at places (n, 3), less where one is wanted again: no vertex found room there."""
-        names, first = np.unique(places @ _WAY, return_inverse=True)
-        least = np.full(len(names), np.inf)
-        np.minimum.at(least, first, spacing)
-        again, row, old = np.intersect1d(names, self.names, return_indices=True)
-        if len(again):
-            least[row] = np.minimum(least[row], _STUCK * self.spacing[old])
-        self.names, self.spacing = names, least
-        return np.asarray(least[first])
-
-
-def _names(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
-    return np.asarray(places[tetrahedra].sum(axis=1) @ _WAY)
-
-
 def _unseen(
-    local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: _Seen
+    local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: Seen
 ) -> tuple[FloatArray, FloatArray]:
     """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
     spacing there.
@@ -196,7 +161,7 @@ def _unseen(
     edges = pairs_of(looked)
     edges = edges[at_all(signs != 0, edges)]
     a, b = places[edges[:, 0]], places[edges[:, 1]]
-    keys = (a @ _WAY) * (b @ _WAY)
+    keys = (a @ WAY) * (b @ WAY)
     left = ~among(keys, seen.edges)
     edges, a, b = edges[left], a[left], b[left]
     crossed = changes(local, a, b)
@@ -211,7 +176,7 @@ def _unseen(
     finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
     corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
-    seen.hit = distinct(places[corners.ravel()] @ _WAY)
+    seen.hit = distinct(places[corners.ravel()] @ WAY)
     return np.concatenate([found, finger]), np.concatenate([spacing, length])
 
 
@@ -226,18 +191,18 @@ def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
 
 
 def _turning(
-    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, seen: _Seen
+    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, seen: Seen
 ) -> tuple[FloatArray, FloatArray]:
     """Middles and sizes of the triangles off the singular set over which the gradient turns too far, or that face away
     from it at all corners.
     """
     tets = tetrahedra[met(signs, tetrahedra)]
-    keys = _names(places, tets)
+    keys = names_of(places, tets)
     left = ~among(keys, seen.right)
     tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
-    ends, inverse = _unique_names(named)
+    ends, inverse = _uniquenames_of(named)
     points = find_roots(local, places[ends[:, 0]], places[ends[:, 1]])
     normals = unit_rows(local.gradients(points)[1])
     faces = inverse.reshape(-1, 3)
@@ -254,7 +219,7 @@ def _turning(
     return corners[bad].mean(axis=1), size[bad]
 
 
-def _unique_names(named: IntArray) -> tuple[IntArray, IntArray]:
+def _uniquenames_of(named: IntArray) -> tuple[IntArray, IntArray]:
     """The different names (v, 2), lower end first, and for each corner which it is."""
     low, high = named.min(axis=-1).ravel(), named.max(axis=-1).ravel()
     size = int(high.max(initial=0)) + 1
@@ -275,14 +240,14 @@ def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArra
 def _patch(
     local: Local, region: Region, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray,
     skeleton: Skeleton, doubtful: list[FloatArray], blocked: list[FloatArray], around: FloatArray,
-    cavity: Cavity, seen: _Seen,
+    cavity: Cavity, seen: Seen,
 ) -> Patch:  # fmt: skip
     """The triangles in all tetrahedra and pyramids, with their vertices on f = 0."""
     first, count = len(region.places), len(skeleton.on)
     named = np.concatenate(
         [in_tetrahedra(places, signs, np.concatenate([stay, fresh])), in_pyramids(signs, region.pyramids)]
     )
-    names, inverse = _unique_names(named)
+    names, inverse = _uniquenames_of(named)
     points = places[names[:, 0]].copy()
     loose = names[:, 0] != names[:, 1]
     points[loose] = find_roots(local, places[names[loose, 0]], places[names[loose, 1]])

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.arc import Arc
+from implicit.polygonizers.conforming.curves.arc import Arc
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.arc import Arc
-from implicit.polygonizers.conforming.ball import Ball
+from implicit.polygonizers.conforming.curves.arc import Arc
+from implicit.polygonizers.conforming.curves.ring import Circle, counts, crossings
+from implicit.polygonizers.conforming.curves.stations import Stations, gaps
+from implicit.polygonizers.conforming.curves.zone import Stretch
 from implicit.polygonizers.conforming.local import Local, frame, unit_rows
-from implicit.polygonizers.conforming.ring import Circle, counts, crossings
-from implicit.polygonizers.conforming.stations import Stations, gaps
-from implicit.polygonizers.conforming.zone import Stretch
+from implicit.polygonizers.conforming.points.ball import Ball
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

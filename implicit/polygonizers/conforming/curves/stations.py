@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.arc import Arc
-from implicit.polygonizers.conforming.ball import Ball
+from implicit.polygonizers.conforming.curves.arc import Arc
+from implicit.polygonizers.conforming.curves.ring import Circle, stable
 from implicit.polygonizers.conforming.local import Local, frame
-from implicit.polygonizers.conforming.ring import Circle, stable
+from implicit.polygonizers.conforming.points.ball import Ball
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

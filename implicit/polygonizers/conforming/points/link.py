@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
+from implicit.polygonizers.conforming.curves.ring import Circle, beside, crossings, stable
 from implicit.polygonizers.conforming.enclose import changes, plain
 from implicit.polygonizers.conforming.local import Local, among, frame, merged, pairs_of, spread, unit_rows
-from implicit.polygonizers.conforming.ring import Circle, beside, crossings, stable
 from implicit.topology import count_components
 
 FloatArray = NDArray[np.float64]

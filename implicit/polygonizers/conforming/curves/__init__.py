@@ -1,0 +1,1 @@
+"""Singular curves: arcs, stations on them, tubes and zones round them, and ribbons."""

@@ -1,0 +1,1 @@
+"""Singular points: balls and blocks round them, their links, and cones."""

@@ -1,0 +1,1 @@
+"""Tetrahedra near the singular set: their cells, vertices, refinement and triangles."""
