@@ -102,9 +102,9 @@ def cut_along(
     height = rim.heights(vertices)
     if not (height > 0).any():
         return vertices, normals, faces
-    a, b, c = (height < -_NEAR * rim.cell)[faces.T]
-    deep = a & b & c
-    whole, faces = faces[deep], faces[~deep]
+    inside, outside = (height < -_NEAR * rim.cell)[faces.T], (height > _NEAR * rim.cell)[faces.T]
+    deep, far = inside[0] & inside[1] & inside[2], outside[0] & outside[1] & outside[2]
+    whole, faces = faces[deep], faces[~deep & ~far]
     movable = np.abs(height) < _NEAR * rim.cell
     movable &= _crossing(height, faces)
     on = np.zeros(len(vertices), bool)
