@@ -130,16 +130,17 @@ def cut_along(
 
 def _on_wall(rim: Rim, p: FloatArray, q: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Where the sides from p to q (n, 3), with heights low < 0 and high > 0 (n,), meet the wall, by a few chords."""
-    start, end = np.zeros(len(p)), np.ones(len(p))
+    points = (p * high[:, None] - q * low[:, None]) / (high - low)[:, None]
+    left, ends, heights = np.arange(len(p)), np.stack([p, q]), np.stack([low, high])
     for _ in range(_CHORDS):
-        share = (start * high - end * low) / (high - low)
-        points = p + share[:, None] * (q - p)
-        height = rim.heights(points)
-        if (np.abs(height) < _HIT * rim.cell).all():
+        found = rim.heights(points[left])
+        side = (found >= 0).astype(np.int64)
+        ends[side, left], heights[side, left] = points[left], found
+        left = left[np.abs(found) > _HIT * rim.cell]
+        if not len(left):
             break
-        inside = height < 0
-        start, low = np.where(inside, (share, height), (start, low))
-        end, high = np.where(inside, (end, high), (share, height))
+        (p, q), (low, high) = ends[:, left], heights[:, left, None]
+        points[left] = (p * high - q * low) / (high - low)
     return points
 
 
