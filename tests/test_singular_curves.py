@@ -154,3 +154,11 @@ def test_an_arc_that_bends_sharply_in_its_projection() -> None:
     locus = singularities(Surface(sympy.expand(quadrics[0] * quadrics[1])), 2.6)
     assert [curve.closed for curve in locus.curves] == [True]
     assert locus.complete
+
+
+def test_nodes_of_one_special_point_are_no_curve() -> None:
+    locus = singularities(Surface("(x^2 + y^2 - 1)*(z - x*y)*(z + x)"), 1.4)
+    assert locus.complete
+    assert all(np.ptp(curve.polyline, axis=0).max() > 0.1 for curve in locus.curves)
+    for point in ((0, 1, 0), (0, -1, 0)):  # where the cylinder meets both others
+        assert min(np.linalg.norm(curve.special - point, axis=1).min(initial=9) for curve in locus.curves) < 1e-9

@@ -104,6 +104,8 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     curves = []
     for chain in chains:
         for piece in clip(chain, bounds, np.array(special).reshape(-1, 3)):
+            if piece.closed and np.ptp(piece.polyline, axis=0).max() < _JOIN * size:
+                continue  # arcs between nodes of one special point
             shape = shapes[parts.index(chain.part)]
             expression = _nearest([twist.expression(e) for e in shape.expressions], piece.polyline)
             curves.append(_curve(piece, expression, form, size))
