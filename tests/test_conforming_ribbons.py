@@ -16,7 +16,7 @@ from implicit.polygonizers.conforming.curves import ribbon
 from implicit.polygonizers.conforming.curves.arc import Arc
 from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, _chains, fault
 from implicit.polygonizers.conforming.curves.stations import Stations
-from implicit.polygonizers.conforming.curves.zone import Stretch, Zones
+from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim, Zones
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
 from tests.singular_cases import case_of, residual, topology, truth_of
@@ -161,3 +161,15 @@ def test_rims_that_do_not_fit_a_stretch_are_named() -> None:
     assert fault(stretch, good[:3], curve) == "3 rims of 4 sheets"
     assert fault(stretch, [*good[:3], Rim(0, np.array([60, 20]), ends + [2, 0], False)], curve) == "rims end too early"
     assert fault(stretch, [*good[:3], Rim(0, np.array([60, 61]), ends, False)], curve) == "rims end beside the curve"
+
+
+def test_ribbons_with_vertices_off_the_surface_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    surface, ball = case_of("two_spheres_crossing")
+    onto = ZoneRim.onto
+
+    def beside(self: ZoneRim, points: Floats) -> tuple[Floats, Floats]:
+        places, normals = onto(self, points)
+        return places + 1e-3 * self.cell * normals, normals
+
+    monkeypatch.setattr(ZoneRim, "onto", beside)
+    assert residual(surface, conforming(surface, ball, 32)) < 1e-10 * ball.radius

@@ -1,8 +1,8 @@
-"""A mesh cut along a sphere.
+"""A mesh cut along a wall: a sphere, or another surface.
 
-Each vertex is inside the sphere, on it, or outside. Vertices nearer to the sphere than a share of the cell are first
-moved to the curve where surface and sphere meet, so that no slivers are left; then the sides from inside to outside are
-cut at a new vertex on that curve. A vertex is not moved where the cut mesh would touch itself there.
+Each vertex is inside the wall, on it, or outside. Vertices nearer to the wall than a share of the cell are first moved
+to the curve where surface and wall meet, so that few slivers are left; then the sides from inside to outside are cut at
+a new vertex on that curve. A vertex is not moved where the cut mesh would touch itself there, or turn a triangle over.
 """
 
 from dataclasses import dataclass

@@ -13,6 +13,7 @@ from implicit.evaluate import Field
 from implicit.polygonizers.lattice import CELLS, Lattice, in_order
 from implicit.polygonizers.marching import refuse
 from implicit.polygonizers.samples import Sampler, sampler_of
+from implicit.polygonizers.steps import step_onto
 from implicit.topology import components
 
 FloatArray = NDArray[np.float64]
@@ -38,17 +39,8 @@ def to_surface(field: Field, seeds: FloatArray, reach: float) -> FloatArray:
 
     Raises ValueError naming the first seed that is farther away.
     """
-    points = seeds.copy()
-    for _ in range(30):
-        values, slopes = field.gradients(points)
-        square = (slopes * slopes).sum(axis=1)
-        share = np.divide(values, square, out=np.zeros_like(values), where=square > 0)
-        step = share[:, None] * slopes
-        length = np.linalg.norm(step, axis=1, keepdims=True)
-        points = points - step * np.minimum(1.0, reach / np.maximum(length, 1e-300))
-        if not (length > 1e-12 * reach).any():
-            break
-    missed = ~(np.linalg.norm(points - seeds, axis=1) <= reach) | ~np.isfinite(values)
+    points = step_onto(field, seeds, reach)
+    missed = ~(np.linalg.norm(points - seeds, axis=1) <= reach)
     if missed.any():
         index = int(np.flatnonzero(missed)[0])
         raise ValueError(

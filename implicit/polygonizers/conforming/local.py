@@ -110,6 +110,12 @@ def pairs_of(simplices: IntArray) -> IntArray:
     return np.column_stack([keys // size, keys % size])
 
 
+def proper(faces: IntArray) -> IntArray:
+    """The faces (n, 3) with three different corners."""
+    a, b, c = faces.T
+    return np.asarray(faces[(a != b) & (b != c) & (c != a)])
+
+
 def distinct(keys: NDArray[Any]) -> NDArray[Any]:
     """The different keys, ascending. Where most of them differ this is several times as fast as numpy's `unique`."""
     ordered = np.sort(keys, axis=None)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.curves.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.curves.repeats import CLOSE, apart, beside_arcs, without_repeats
-from implicit.polygonizers.conforming.curves.stations import Stations, find_stations
+from implicit.polygonizers.conforming.curves.stations import FOLLOWED, Stations, find_stations
 from implicit.polygonizers.conforming.curves.stretch import find_stretches
 from implicit.polygonizers.conforming.curves.tube import Tube, surround
 from implicit.polygonizers.conforming.curves.zone import Zones
@@ -24,8 +24,6 @@ IntArray = NDArray[np.int64]
 _RETRIES = 3
 _HALF = 3**0.5 / 2
 """Half the diagonal of a cell."""
-_FOLLOWED = 1.5
-"""Tubes go on so many cells beyond the bounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +169,7 @@ def _surroundings(
     stretches = find_stretches(local, [course for course in courses if course.number not in whole], arcs, frame.balls)
     parts = []
     for course in courses:
-        near = np.flatnonzero(local.heights(course.places) < _FOLLOWED)
+        near = np.flatnonzero(local.heights(course.places) < FOLLOWED)
         if not len(near):
             continue
         bare = [stretch.bare for stretch in stretches if stretch.course is course]

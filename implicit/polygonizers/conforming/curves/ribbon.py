@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import cut_along
 from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, fault, find_rims, in_order
-from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim, onto
-from implicit.polygonizers.conforming.local import Local, at_some
+from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim
+from implicit.polygonizers.conforming.local import Local, at_some, proper
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.inward import Mesh, split_fans, turned
 
@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+_OFF = 1e-9
+"""Vertices are so near to f = 0, in cells."""
 _SLIVER = 0.01
 """Triangles smaller than so many squares of a cell may face anywhere."""
 _WIDE = 1.2
@@ -70,14 +72,23 @@ def _lay(rim: ZoneRim, mesh: Mesh, curves: list[IntArray], fixed: Flags) -> Mesh
     fixed = np.append(fixed, np.zeros(len(vertices) - len(fixed), bool))
     on_rim = np.zeros(len(vertices), bool)
     on_rim[np.concatenate([np.zeros(0, np.int64), *(part.names for part in rims)])] = True
-    looked = np.concatenate([ribbon, faces[at_some(on_rim, faces)]])
-    bad = looked[turned(vertices, normals, fixed, looked)]
+    _check(rim, (vertices, normals, np.concatenate([ribbon, faces[at_some(on_rim, faces)]])), fixed)
+    return vertices, normals, np.concatenate([faces, ribbon])
+
+
+def _check(rim: ZoneRim, mesh: Mesh, fixed: Flags) -> None:
+    """Raise Ragged if a vertex of some faces is not on f = 0, or one of them, but slivers, is turned over."""
+    vertices, normals, faces = mesh
+    loose = np.unique(faces[~fixed[faces]])
+    values, slopes = rim.local.field.gradients(vertices[loose])
+    off = loose[np.abs(values) > _OFF * rim.cell * np.linalg.norm(slopes, axis=1)]
+    bad = faces[turned(vertices, normals, fixed, faces)]
     a, b, c = (vertices[bad[:, k]] for k in range(3))
     bad = bad[np.linalg.norm(np.cross(b - a, c - a), axis=1) > _SLIVER * rim.cell**2]
-    if len(bad):
-        nearest = zones.measure(rim.local.grid.to_units(vertices[bad[:1]].mean(axis=1))).owner[0]
-        raise Ragged(zones.stretches[nearest].course.number, "turned over")
-    return vertices, normals, np.concatenate([faces, ribbon])
+    for places, reason in ((vertices[off], "off the surface"), (vertices[bad].mean(axis=1), "turned over")):
+        if len(places):
+            nearest = rim.zones.measure(rim.local.grid.to_units(places[:1])).owner[0]
+            raise Ragged(rim.zones.stretches[nearest].course.number, reason)
 
 
 def _unrolled(stretch: Stretch, numbers: IntArray, rim: Rim) -> tuple[IntArray, FloatArray]:
@@ -106,8 +117,7 @@ def _zip(rim: Rim, names: IntArray, lengths: FloatArray) -> IntArray:
     strip = np.concatenate(
         [np.column_stack([to_curve, rim.names[1:], rim.names[:-1]]), np.column_stack([to_rim, names[:-1], names[1:]])]
     )
-    a, b, c = strip.T
-    return strip[(a != b) & (b != c) & (c != a)]
+    return proper(strip)
 
 
 def _halved(rim: ZoneRim, mesh: Mesh) -> Mesh:
@@ -117,10 +127,8 @@ def _halved(rim: ZoneRim, mesh: Mesh) -> Mesh:
     length = np.linalg.norm(vertices[spokes[:, 0]] - vertices[spokes[:, 1]], axis=1)
     long = length > _WIDE * rim.cell
     found, inverse = np.unique(spokes[long], axis=0, return_inverse=True)
-    places, directions = onto(rim.local, vertices[found].mean(axis=1))
+    places, directions = rim.onto(vertices[found].mean(axis=1))
     halves = fans[:, 1:].ravel()
     halves[long] = len(vertices) + inverse.ravel()
-    parts = split_fans(fans, halves.reshape(-1, 2)).reshape(-1, 3)
-    a, b, c = parts.T
-    parts = parts[(a != b) & (b != c) & (c != a)]
+    parts = proper(split_fans(fans, halves.reshape(-1, 2)).reshape(-1, 3))
     return np.concatenate([vertices, places]), np.concatenate([normals, directions]), parts

@@ -5,15 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim, Zones
+from implicit.polygonizers.conforming.curves.zone import RIM, Stretch, ZoneRim, Zones
 from implicit.polygonizers.conforming.points.block import boundary
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_CLOSE = 0.3
-"""A rim is less than so many cells away from the boundary of its zone."""
 _BACK = 0.3
 """Along a rim the length along the curve grows; where it falls its vertices are moved, by at most so many cells."""
 _GAP = 0.02
@@ -50,7 +48,7 @@ def find_rims(rim: ZoneRim, vertices: FloatArray, faces: IntArray, fixed: Flags)
     feet = zones.measure(rim.local.grid.to_units(vertices[names]))
     owner, along, depth = feet.owner, feet.along, feet.depth
     edge = inverse.reshape(-1, 2)
-    close = np.abs(depth) < _CLOSE
+    close = np.abs(depth) < RIM
     for row, stretch in enumerate(zones.stretches):
         if not stretch.closed:
             ends = stretch.lengths[[0, -1]]

@@ -25,8 +25,8 @@ _SLOPE = 0.4
 _THINNEST = 1e-4
 _MOST, _MOST_PER_CELL = 40, 8
 """An arc may have so many stations, and so many more for each cell of its length; if that is too few it is refused."""
-_LOOKED_AT = 1.5
-"""Rings are looked at up to so many cells beyond the bounds."""
+FOLLOWED = 1.5
+"""Rings are looked at, and tubes go on, up to so many cells beyond the bounds."""
 _COINCIDENT = 1e-9
 """Stations so near to the one before are left out. There are some only where the arc is not on the singular set."""
 
@@ -167,7 +167,7 @@ def _stable_sizes(
     stops = np.linspace(0, s[-1], int(np.clip(s[-1] + 2, 5, 40)))
     if exit_start or exit_end:
         stops = np.unique(np.concatenate([stops, s[-1] * np.array([0.005, 0.02, 0.05, 0.95, 0.98, 0.995])]))
-    stops = stops[local.heights(arc.places(np.interp(stops, s, t))) < _LOOKED_AT]
+    stops = stops[local.heights(arc.places(np.interp(stops, s, t))) < FOLLOWED]
     if not len(stops):
         return h, True
     parameters, sizes = np.interp(stops, s, t), np.interp(stops, s, h)

@@ -22,19 +22,18 @@ from implicit.polygonizers.clip import unit
 from implicit.polygonizers.conforming.curves.stations import Stations
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.tetrahedra.region import cells_round
+from implicit.polygonizers.steps import step_onto
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BEYOND = 1.0
 """So many cells outside zones it is known how far a place is."""
-_RIM = 0.3
-"""The mesh is cut less than so many cells outside a zone."""
+RIM = 0.3
+"""The rims of a mesh that was cut are less than so many cells away from the boundary of the zone."""
 _STEPS = 8
 _EXACT = 1e-9
 """The last step across a curve, in cells."""
-_SHARE = 1e-15
-"""The last step of all, as a share of the coordinates."""
 _FARTHEST = 0.3
 """The longest step across a curve, in cells."""
 _NEIGHBOURS = 4
@@ -101,7 +100,7 @@ class Zones:
 
     def cells(self, size: IntArray) -> IntArray:
         """The cells (n, 3) of a lattice round the zones."""
-        parts = [cells_round(part.places, int(np.ceil(part.radii.max() + _RIM)), size) for part in self.stretches]
+        parts = [cells_round(part.places, int(np.ceil(part.radii.max() + RIM)), size) for part in self.stretches]
         return np.concatenate([np.zeros((0, 3), np.int64), *parts])
 
     def measure(self, places: FloatArray) -> "Feet":
@@ -178,18 +177,9 @@ class ZoneRim:
             units = on + step[:, None] * aside
             if (np.abs(step) < _EXACT).all():
                 break
-        return onto(self.local, self.local.grid.to_points(units))
+        return self.onto(self.local.grid.to_points(units))
 
-
-def onto(local: Local, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points (n, 3) moved onto f = 0 by Newton's steps along the gradient, and unit normals there."""
-    start, size = points, np.abs(points).max(initial=0)
-    for _ in range(_STEPS):
-        value, slope = local.field.gradients(points)
-        with np.errstate(all="ignore"):
-            step = np.nan_to_num(value / (slope * slope).sum(axis=1))[:, None] * slope
-        near = np.linalg.norm(points - step - start, axis=1) < local.grid.step
-        points = np.where(near[:, None], points - step, points)
-        if not np.any(np.linalg.norm(step[near], axis=1) > _SHARE * size):
-            break
-    return points, unit(local.field.gradients(points)[1])
+    def onto(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The points (n, 3) moved to f = 0 along the gradient, and unit normals there."""
+        points = step_onto(self.local.field, points, self.cell)
+        return points, unit(self.local.field.gradients(points)[1])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import unit
 from implicit.polygonizers.conforming.check import TURN
-from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.local import Local, proper
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -68,9 +68,7 @@ def refine_inwards(local: Local, mesh: Mesh, special: IntArray, fixed: Flags) ->
                 break
             good[ends[bad]] = False
         stuck[spokes[~good[:-1], 1]] = True
-        split = parts.reshape(-1, 3)
-        whole = (split[:, 0] != split[:, 1]) & (split[:, 1] != split[:, 2])
-        faces = np.concatenate([np.delete(faces, rows, axis=0), split[whole]])
+        faces = np.concatenate([np.delete(faces, rows, axis=0), proper(parts.reshape(-1, 3))])
     return vertices, normals, faces
 
 
