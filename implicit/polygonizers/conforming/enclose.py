@@ -92,6 +92,8 @@ def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
         once = known & ((coefficients[:, 0] < 0) != (coefficients[:, -1] < 0))
         shown = once | (~known & (depth == _HALVINGS))
         found.append((owner[shown], low[shown], high[shown], once[shown]))
+        if known.all():
+            break
         owner, low, high, coefficients = owner[~known], low[~known], high[~known], coefficients[~known]
         noise = np.tile(noise[~known], 2)
         middle = (low + high) / 2
