@@ -80,8 +80,8 @@ class Germ:
         turned = np.moveaxis(self.coefficients, [axis, (axis + 1) % 3, (axis + 2) % 3], [0, 1, 2])
         i, j, k = (np.asarray(index) for index in np.indices(turned.shape))
         s: IntArray = i + j + k - self.multiplicity
-        result = np.zeros((max(int(s.max()), 0) + 1, *turned.shape[1:]))
-        used = s >= 0
+        used = (s >= 0) & (turned != 0)
+        result = np.zeros((int(s[used].max(initial=0)) + 1, *turned.shape[1:]))
         np.add.at(result, (s[used], j[used], k[used]), (turned * height**i)[used])
         return result
 

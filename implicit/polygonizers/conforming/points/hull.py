@@ -46,66 +46,67 @@ class Hull:
 
 
 @njit(cache=True, nogil=True)
-def _bernstein_matrix(low: float, high: float, weights: Any, matrix: Any) -> None:
-    """Row i, column m: the mean of the products of m out of i upper and degree - i lower ends."""
+def _fill_matrix(low: float, high: float, weights: Any, powers: Any, matrix: Any) -> None:
+    """Row m, column i: the mean of the products of m ends out of i upper and degree - i lower ones."""
     n = len(weights)
-    for i in range(n):
-        for m in range(n):
+    powers[0, 0] = powers[1, 0] = 1.0
+    for m in range(1, n):
+        powers[0, m], powers[1, m] = low * powers[0, m - 1], high * powers[1, m - 1]
+    for m in range(n):
+        for i in range(n):
             total = 0.0
             for s in range(m + 1):
-                total += weights[i, m, s] * high**s * low ** (m - s)
-            matrix[i, m] = total
+                total += weights[i, m, s] * powers[1, s] * powers[0, m - s]
+            matrix[m, i] = total
 
 
 @njit(cache=True, nogil=True)
 def _find_ranges(faces: Any, abs_faces: Any, boxes: Any, wt: Any, wu: Any, wv: Any, error: float, result: Any) -> None:
     a, b, c = faces.shape[1:]
-    mt, mu, mv = np.empty((a, a)), np.empty((b, b)), np.empty((c, c))
-    sizes = np.empty(3)
+    matrices = np.empty((3, max(a, b, c), max(a, b, c)))
+    powers = np.empty((5, max(a, b, c)))
+    one, two, hull = np.empty((a, b, c)), np.empty((a, b, c)), np.empty((a, b, c))
     for index in range(len(boxes)):
         box = boxes[index]
-        face = int(box[3, 0])
-        q, weight = faces[face], abs_faces[face]
-        _bernstein_matrix(box[0, 0], box[0, 1], wt, mt)
-        _bernstein_matrix(box[1, 0], box[1, 1], wu, mu)
-        _bernstein_matrix(box[2, 0], box[2, 1], wv, mv)
-        one = np.zeros((a, b, c))
-        two = np.zeros((a, b, c))
-        hull = np.zeros((a, b, c))
+        q, weight = faces[int(box[3, 0])], abs_faces[int(box[3, 0])]
         for axis in range(3):
-            sizes[axis] = max(abs(box[axis, 0]), abs(box[axis, 1]))
+            weights = wt if axis == 0 else wu if axis == 1 else wv
+            _fill_matrix(box[axis, 0], box[axis, 1], weights, powers[3:], matrices[axis])
+            for m in range(len(weights)):
+                powers[axis, m] = max(abs(powers[3, m]), abs(powers[4, m]))
+        one[:], two[:], hull[:] = 0.0, 0.0, 0.0
         size = 0.0
         for i in range(a):
             for j in range(b):
                 for k in range(c):
                     value = q[i, j, k]
                     if weight[i, j, k] != 0.0:
-                        size += weight[i, j, k] * sizes[0] ** i * sizes[1] ** j * sizes[2] ** k
+                        size += weight[i, j, k] * powers[0, i] * powers[1, j] * powers[2, k]
                         for m in range(c):
-                            one[i, j, m] += mv[m, k] * value
+                            one[i, j, m] += matrices[2, k, m] * value
         for i in range(a):
             for j in range(b):
                 for m in range(b):
                     for k in range(c):
-                        two[i, m, k] += mu[m, j] * one[i, j, k]
+                        two[i, m, k] += matrices[1, j, m] * one[i, j, k]
         for i in range(a):
             for m in range(a):
                 for j in range(b):
                     for k in range(c):
-                        hull[m, j, k] += mt[m, i] * two[i, j, k]
+                        hull[m, j, k] += matrices[0, i, m] * two[i, j, k]
         slack = error * size
         result[index, 0], result[index, 1] = hull.min() - slack, hull.max() + slack
         for axis in range(1, 3):
             width = box[axis, 1] - box[axis, 0]
             n = hull.shape[axis] - 1
+            if n == 0 or width <= 0.0:
+                result[index, 2 * axis], result[index, 2 * axis + 1] = 0.0, 0.0
+                continue
             low, high = np.inf, -np.inf
             for i in range(a):
                 for j in range(b - (axis == 1)):
                     for k in range(c - (axis == 2)):
                         step = hull[i, j + (axis == 1), k + (axis == 2)] - hull[i, j, k]
                         low, high = min(low, step), max(high, step)
-            if n == 0 or width <= 0.0:
-                result[index, 2 * axis], result[index, 2 * axis + 1] = 0.0, 0.0
-            else:
-                result[index, 2 * axis] = (low - 2 * slack) * n / width
-                result[index, 2 * axis + 1] = (high + 2 * slack) * n / width
+            result[index, 2 * axis] = (low - 2 * slack) * n / width
+            result[index, 2 * axis + 1] = (high + 2 * slack) * n / width
