@@ -75,6 +75,16 @@ class Germ:
         """Values (n,) and gradients (n, 3) of the terms of lowest degree at vectors w (n, 3)."""
         return self._cone.gradients(w)
 
+    def across(self) -> list["Germ"]:
+        """The components of grad f x w, as polynomials with factors t^m like f itself."""
+        f = np.pad(self.coefficients, (0, 1))
+        powers = np.indices(f.shape)
+
+        def part(slope: int, factor: int) -> FloatArray:
+            return np.roll(f * powers[slope], (-1, 1), (slope, factor))
+
+        return [Germ(part(a, b) - part(b, a), self.multiplicity) for a, b in ((1, 2), (2, 0), (0, 1))]
+
     def face(self, axis: int, height: float) -> FloatArray:
         """Coefficients (s, j, k) of t^s u^j v^k in q on the face w[axis] = height; u, v are the next two axes."""
         turned = np.moveaxis(self.coefficients, [axis, (axis + 1) % 3, (axis + 2) % 3], [0, 1, 2])
@@ -119,10 +129,10 @@ def _face_boxes(p: FloatArray, r: FloatArray, number: int) -> tuple[FloatArray, 
     """Squares, edges, points, and ribs with corners, of a face with lattice lines u = p and v = r."""
     u, v, ends = np.stack([p[:-1], p[1:]], axis=1), np.stack([r[:-1], r[1:]], axis=1), (0, -1)
     at_p, at_r = np.stack([p, p], axis=1), np.stack([r, r], axis=1)
-    edges = [_boxes(at_p, v, number), _boxes(u, at_r, number)]
-    ribs = [_boxes(at_p[ends, :], v, number), _boxes(u, at_r[ends, :], number)]
-    corners = _boxes(at_p[ends, :], at_r[ends, :], number)
-    return _boxes(u, v, number), np.concatenate(edges), _boxes(at_p, at_r, number), np.concatenate([*ribs, corners])
+    edges = [boxes_between(at_p, v, number), boxes_between(u, at_r, number)]
+    ribs = [boxes_between(at_p[ends, :], v, number), boxes_between(u, at_r[ends, :], number)]
+    corners = boxes_between(at_p[ends, :], at_r[ends, :], number)
+    return boxes_between(u, v, number), np.concatenate(edges), boxes_between(at_p, at_r, number), np.concatenate([*ribs, corners])
 
 
 def _neighbours(n: int, m: int) -> tuple[IntArray, IntArray]:
@@ -171,14 +181,14 @@ def _unit_steps(low: float, high: float) -> FloatArray:
     return np.linspace(low, high, max(round(high - low), 1) + 1)
 
 
-def _boxes(u: FloatArray, v: FloatArray, number: int) -> FloatArray:
+def boxes_between(u: FloatArray, v: FloatArray, number: int) -> FloatArray:
     """Boxes (n, 4, 2) at t = 1 of all pairs of ranges of u and ranges of v on the face of a number."""
     boxes = np.ones((len(u), len(v), 4, 2))
     boxes[:, :, 1], boxes[:, :, 2], boxes[:, :, 3] = u[:, None], v, number
     return boxes.reshape(-1, 4, 2)
 
 
-def _halves(boxes: FloatArray) -> tuple[FloatArray, IntArray]:
+def halves(boxes: FloatArray) -> tuple[FloatArray, IntArray]:
     """Boxes halved along every axis in which they have width, and the row each part comes from."""
     rows = np.arange(len(boxes))
     for axis in range(3):
@@ -199,7 +209,7 @@ def _everywhere(q: Hull, boxes: FloatArray, test: Test) -> NDArray[np.bool_]:
         boxes, owner = boxes[failed], owner[failed]
         if not len(boxes) or len(boxes) > _MOST:
             break
-        boxes, rows = _halves(boxes)
+        boxes, rows = halves(boxes)
         owner = owner[rows]
     result[owner] = False
     return result
@@ -216,7 +226,7 @@ def _crossed_once(q: Hull, edges: FloatArray) -> NDArray[np.bool_]:
         rises[owner[up & ~free]] = True
         falls[owner[down & ~free]] = True
         rest = ~(free | up | down)
-        edges, rows = _halves(edges[rest])
+        edges, rows = halves(edges[rest])
         owner = owner[rest][rows]
         if not len(edges):
             break

@@ -1,22 +1,30 @@
 """How large a ball round a special point may be: below the least critical value of the distance on the surface.
 
-Where the distance from p is critical on f = 0 the gradient is along x - p. All boxes round p are looked at, and those
-given up over which, by Bernstein coefficients, f or a part of grad f x (x - p) has one sign; from what is left Newton's
-steps lead to the critical points.
+Where the distance from p is critical on f = 0 the gradient is along x - p. With x = p + t w, w on the boundary of a cube,
+f and the parts of grad f x w are t^m times polynomials, m the multiplicity of p. All boxes of (t, w) are looked at, and
+those given up over which, by Bernstein coefficients, one of these has one sign; where the surface is like a smooth cone
+that is all of them near p. From what is left Newton's steps lead to the critical points.
 """
+
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.evaluate import PolynomialField
-from implicit.polygonizers.conforming.check import eighths
 from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.points.blowup import Germ, boxes_between, halves
+from implicit.polygonizers.conforming.points.hull import Hull
 
 FloatArray = NDArray[np.float64]
 
 _COARSE, _HALVINGS, _MOST_HALVINGS = 4, 2, 6
-"""Boxes along each axis at first, and how often they are halved; more often where few are left."""
+"""Boxes along each axis of a face at first, and how often they are halved; more often where few are left."""
+_FACES = list(product(range(3), (-1.0, 1.0)))
+"""The faces w[axis] = side of a cube."""
+_SAMPLES = 16
+"""Places along each axis to start from where f is no polynomial."""
 _FEW = 60
 _STEPS = 12
 _NEAR = 0.03
@@ -60,45 +68,43 @@ def critical_radius(local: Local, point: FloatArray, reach: float, singular: Flo
 
 
 def _starts(local: Local, point: FloatArray, reach: float) -> FloatArray:
-    """The middles (n, 3) of the boxes up to `reach` from the point in which the distance may be critical on f = 0."""
-    edges = np.linspace(-reach, reach, _COARSE + 1)
-    low = np.stack(np.meshgrid(*[edges[:-1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    boxes = point + np.stack([low, low + (edges[1] - edges[0])], axis=1)
-    tests = _tests(local, point)
+    """Places (n, 3) up to `reach` from the point, one in each box in which the distance may be critical on f = 0."""
+    if not isinstance(local.field, PolynomialField):
+        along = (np.arange(_SAMPLES) + 0.5) * 2 / _SAMPLES - 1
+        places = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)
+        return np.asarray(point + reach * places[np.linalg.norm(places, axis=1) < 1])
+    germ = Germ.at(local.field, local.grid.to_points(point), reach * local.grid.step)
+    hulls = [Hull.of([part.face(*face) for face in _FACES]) for part in (germ, *germ.across())]
+    ends = np.linspace(-1, 1, _COARSE + 1)
+    sides = np.stack([ends[:-1], ends[1:]], axis=1)
+    boxes = np.concatenate([boxes_between(sides, sides, number) for number in range(len(_FACES))])
+    boxes[:, 0, 0] = 0
     for level in range(_MOST_HALVINGS + 1):
-        nearest = np.clip(point, boxes[:, 0], boxes[:, 1]) - point
-        boxes = boxes[np.linalg.norm(nearest, axis=1) < reach]
-        for test in tests:
-            bounds = test.ranges(local.grid.to_points(boxes))
+        boxes = boxes[_nearest(boxes) < 1]
+        for hull in hulls:
+            bounds = hull.ranges(boxes)
             boxes = boxes[(bounds[:, 0] <= 0) & (bounds[:, 1] >= 0)]
-        if level == _MOST_HALVINGS or (level >= _HALVINGS and len(boxes) > _FEW):
+        if level == _MOST_HALVINGS or not len(boxes) or (level >= _HALVINGS and len(boxes) > _FEW):
             break
-        boxes = eighths(boxes)
-    return boxes.mean(axis=1)
+        boxes = halves(boxes)[0]
+    return np.asarray(point + reach * _middles(boxes))
 
 
-def _tests(local: Local, point: FloatArray) -> list[PolynomialField]:
-    """Besides f the parts of grad f x (x - point), as polynomials; nothing for what is none."""
-    field = local.field
-    if not isinstance(field, PolynomialField):
-        return []
-    center = local.grid.to_points(point)
-    slopes = [field.derivative(axis) for axis in range(3)]
-    return [field] + [_difference(slopes[a], slopes[b], a, b, center) for a, b in ((1, 2), (2, 0), (0, 1))]
+def _nearest(boxes: FloatArray) -> FloatArray:
+    """How near (n,) boxes (n, 4, 2) of t, u, v on faces of a cube come to its centre."""
+    low, high = boxes[:, 1:3, 0], boxes[:, 1:3, 1]
+    beside = np.where(low * high > 0, np.minimum(low**2, high**2), 0.0).sum(axis=1)
+    return np.asarray(boxes[:, 0, 0] * np.sqrt(1 + beside))
 
 
-def _difference(first: PolynomialField, second: PolynomialField, a: int, b: int, p: FloatArray) -> PolynomialField:
-    """`first` times (x_b - p_b) less `second` times (x_a - p_a)."""
-    exponents, coefficients = [], []
-    for factor, axis, sign in ((first, b, 1.0), (second, a, -1.0)):
-        raised = factor.exponents.copy()
-        raised[:, axis] += 1
-        exponents += [raised, factor.exponents]
-        coefficients += [sign * factor.coefficients, -sign * p[axis] * factor.coefficients]
-    powers, rows = np.unique(np.concatenate(exponents), axis=0, return_inverse=True)
-    rows, parts = rows.ravel(), np.concatenate(coefficients)
-    rounding = 4 * np.finfo(float).eps * np.bincount(rows, np.abs(parts)).astype(float)
-    return PolynomialField(powers, np.bincount(rows, parts).astype(float), rounding)
+def _middles(boxes: FloatArray) -> FloatArray:
+    """The places t w (n, 3) in the middle of boxes (n, 4, 2)."""
+    t, u, v, number = boxes.mean(axis=2).T
+    faces = np.array(_FACES)[number.astype(np.int64)]
+    axis, rows = faces[:, 0].astype(np.int64), np.arange(len(boxes))
+    w = np.empty((len(boxes), 3))
+    w[rows, axis], w[rows, (axis + 1) % 3], w[rows, (axis + 2) % 3] = faces[:, 1], u, v
+    return t[:, None] * w
 
 
 def _step(local: Local, point: FloatArray, x: FloatArray) -> FloatArray:
