@@ -126,11 +126,23 @@ def test_no_cone_is_proved_where_there_is_none() -> None:
     grid = Grid.over(Ball(1), 16, 6)
     smooth = Surface("x^2 + y^2 + z^2 = 1/4").field
     assert not is_cone(Germ.at(smooth, np.array([0.0, 0, 0.5]), grid.step), np.full(3, -2.0), np.full(3, 2.0))
-    nowhere = np.zeros((0, 3))
+    nowhere, first = np.zeros((0, 3)), np.array([0])
     cusp = Surface("x^2 + y^2 = z^3").field
-    assert find_blocks(cusp, grid, np.zeros((1, 3)), nowhere).rest.tolist() == [0]
+    assert find_blocks(cusp, grid, np.zeros((1, 3)), first, nowhere)[1].tolist() == [0]
     two = Surface("(x^2 + y^2 - z^2)*(x^2 + y^2 + z^2 - 1/100)").field
-    assert find_blocks(two, Grid.over(Ball(1), 8, 6), np.zeros((1, 3)), nowhere).rest.tolist() == [0]
+    assert find_blocks(two, Grid.over(Ball(1), 8, 6), np.zeros((1, 3)), first, nowhere)[1].tolist() == [0]
+
+
+def test_blocks_take_in_what_is_coarse_or_keep_away_from_it() -> None:
+    grid, field = Grid.over(Ball(1), 24, 6), Surface("x^2 + y^2 = z^2").field
+    origin, first = np.zeros((1, 3)), np.array([0])
+    (small,), _ = find_blocks(field, grid, origin, first, origin[:0])
+    coarse = grid.to_units(origin) + np.array([1.9, 1.9, 0.1])
+    (block,), _ = find_blocks(field, grid, origin, first, coarse)
+    assert (small.upper - small.lower).max() < (block.upper - block.lower).max()
+    assert block.holds(np.floor(coarse).astype(np.int64)).all()
+    far = grid.to_units(origin) + np.array([6.5, 0.0, 0.0])
+    assert find_blocks(field, grid, origin, first, np.concatenate([coarse, far]))[1].tolist() == [0]
 
 
 def test_a_solitary_point_is_a_vertex_without_faces() -> None:

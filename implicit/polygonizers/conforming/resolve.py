@@ -55,17 +55,15 @@ def plan(local: Local, locus: SingularLocus, coarse: FloatArray) -> Plan:
     Where that is beside a block, and no larger block takes it in, tetrahedra do better than both.
     """
     isolated = isolated_points(local, locus)
-    found = find_blocks(local.field, local.grid, isolated, coarse)
-    special, nodes = _others(local, locus, isolated[found.rest])
-    seeds = outside(coarse, [block.holds for block in found.blocks])
+    blocks, rest = find_blocks(local.field, local.grid, isolated, np.arange(len(isolated)), coarse)
+    special, nodes = _others(local, locus, isolated[rest])
+    seeds = outside(coarse, [block.holds for block in blocks])
     if len(special) + len(nodes) and len(seeds):
         seeds = seeds[cKDTree(np.concatenate([special, nodes])).query(seeds)[0] > _FILLED]
-    if not can_be_tried(local, seeds):
-        return Plan(found.blocks, found.rest, seeds[:0])
-    places = isolated.tolist()
-    crowded = [places.index(block.point.tolist()) for block, clear in zip(found.blocks, found.clear) if not clear]
-    blocks = [block for block, clear in zip(found.blocks, found.clear) if clear]
-    return Plan(blocks, np.union1d(found.rest, crowded).astype(np.int64), seeds)
+    if can_be_tried(local, seeds):
+        return Plan(blocks, rest, seeds)
+    more, rest = find_blocks(local.field, local.grid, isolated, rest, coarse[:0])
+    return Plan(blocks + more, rest, seeds[:0])
 
 
 def outside(places: FloatArray, skipped: Sequence[Cells]) -> FloatArray:

@@ -52,30 +52,23 @@ class Block:
         return np.argwhere(np.ones(self.upper - self.lower, bool)) + self.lower
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Disjoint blocks proved to hold cones. clear: which of them no coarse place is near; rest: points without one."""
-
-    blocks: list[Block]
-    clear: NDArray[np.bool_]
-    rest: IntArray
-
-
-def find_blocks(field: Field, grid: Grid, points: FloatArray, coarse: FloatArray) -> Found:
-    """The smallest blocks for isolated singular points (k, 3), of those with nothing coarse beside if there are any.
+def find_blocks(
+    field: Field, grid: Grid, points: FloatArray, rows: IntArray, coarse: FloatArray
+) -> tuple[list[Block], IntArray]:
+    """The smallest blocks, proved to hold cones, for rows (m,) of isolated singular points (k, 3), with nothing coarse
+    in or beside their boundary; they are disjoint. And the rows of points without one.
 
     coarse (n, 3), in lattice units: places where the sweep turns too far in one triangle, as near a thin cone.
     """
     cells = np.floor(grid.to_units(points)).astype(np.int64)
-    blocks, clear, rest = [], [], []
-    for row in range(len(points)):
-        found = _smallest(field, grid, points[row], *_room(cells, row, grid.cells), coarse)
-        if found is None:
+    blocks, rest = [], []
+    for row in rows.tolist():
+        block = _smallest(field, grid, points[row], *_room(cells, row, grid.cells), coarse)
+        if block is None:
             rest.append(row)
         else:
-            blocks.append(found[0])
-            clear.append(found[1])
-    return Found(blocks, np.array(clear, bool), np.array(rest, np.int64))
+            blocks.append(block)
+    return blocks, np.array(rest, np.int64)
 
 
 def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray]:
@@ -95,28 +88,23 @@ def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray
 
 def _smallest(
     field: Field, grid: Grid, point: FloatArray, least: IntArray, most: IntArray, coarse: FloatArray
-) -> tuple[Block, bool] | None:
-    """The smallest block within (least, most) in which f = 0 is proved to be a cone, and whether it has no coarse place
-    beside it; of several, one that has none.
-    """
+) -> Block | None:
+    """The smallest block within (least, most), without a coarse place beside, in which f = 0 is proved to be a cone."""
     if not isinstance(field, PolynomialField):
         return None
     germ = Germ.at(field, point, grid.step)
     if not has_regular_cone(germ):
         return None
     unit = grid.to_units(point)
-    spare = None
-    for lower, upper in _candidates(germ, unit, least, most):
-        gap = np.maximum(lower - coarse, coarse - upper).max(axis=1)
-        clear = not ((gap > 0) & (gap < _BESIDE)).any()
-        if (clear or spare is None) and is_cone(germ, lower - unit, upper - unit):
-            spare = Block(point, lower, upper)
-            if clear:
-                return spare, True
-    return None if spare is None else (spare, False)
+    for lower, upper in _candidates(germ, unit, least, most, coarse):
+        if is_cone(germ, lower - unit, upper - unit):
+            return Block(point, lower, upper)
+    return None
 
 
-def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+def _candidates(
+    germ: Germ, unit: FloatArray, least: IntArray, most: IntArray, coarse: FloatArray
+) -> Iterator[tuple[IntArray, IntArray]]:
     """Blocks (lower, upper) whose ribs the tangent cone crosses clearly, small ones first."""
     cell = np.floor(unit).astype(np.int64)
     if (least > cell).any() or (most <= cell).any():
@@ -127,9 +115,12 @@ def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray) -
     longest = sizes.max(axis=1)
     nearest = np.abs(blocks - unit).min(axis=(1, 2))
     likely = (nearest > _NEAREST) & (longest - sizes.min(axis=1) <= 2)
+    coarse = coarse[np.abs(coarse - unit).max(axis=1, initial=0) < _FARTHEST + 1 + _BESIDE]
     for size in range(2, 2 * _FARTHEST + 2):
         rows = np.flatnonzero(likely & (longest == size))
-        group = blocks[rows[np.argsort(-nearest[rows], kind="stable")][:_SAMPLE]]
+        group = blocks[rows[np.argsort(-nearest[rows], kind="stable")]]
+        gaps = np.maximum(group[:, :1] - coarse, coarse - group[:, 1:]).max(axis=2)
+        group = group[~((gaps > 0) & (gaps < _BESIDE)).any(axis=1)][:_SAMPLE]
         yield from group[_clear_ribs(germ, group - unit)][:_PER_SIZE]
 
 

@@ -16,7 +16,7 @@ Plantinga and Vegter, 2004, doi:10.1145/1057432.1057465).
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from math import comb
 
@@ -87,13 +87,19 @@ class Germ:
 
     def face(self, axis: int, height: float) -> FloatArray:
         """Coefficients (s, j, k) of t^s u^j v^k in q on the face w[axis] = height; u, v are the next two axes."""
-        turned = np.moveaxis(self.coefficients, [axis, (axis + 1) % 3, (axis + 2) % 3], [0, 1, 2])
-        i, j, k = (np.asarray(index) for index in np.indices(turned.shape))
-        s: IntArray = i + j + k - self.multiplicity
-        used = (s >= 0) & (turned != 0)
-        result = np.zeros((int(s[used].max(initial=0)) + 1, *turned.shape[1:]))
-        np.add.at(result, (s[used], j[used], k[used]), (turned * height**i)[used])
+        powers, coefficients = self._terms
+        s = powers.sum(axis=1) - self.multiplicity
+        i, j, k = (powers[:, a % 3] for a in (axis, axis + 1, axis + 2))
+        size = int(powers.max(initial=0)) + 1
+        result = np.zeros((int(s.max(initial=0)) + 1, size, size))
+        result[s, j, k] = coefficients * height**i
         return result
+
+    @cached_property
+    def _terms(self) -> tuple[IntArray, FloatArray]:
+        """The powers (n, 3) and coefficients (n,) that are not 0."""
+        powers = np.argwhere(self.coefficients)
+        return powers, self.coefficients[tuple(powers.T)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,15 +120,26 @@ class _Lattice:
     @classmethod
     def of(cls, lower: FloatArray, upper: FloatArray) -> "_Lattice":
         """The faces in the order w[axis] = lower, w[axis] = upper for each axis."""
-        parts: list[tuple[NDArray[np.generic], ...]] = []
-        squares = points = 0
-        for number, (axis, _) in enumerate(product(range(3), range(2))):
-            p, r = (_unit_steps(lower[a], upper[a]) for a in ((axis + 1) % 3, (axis + 2) % 3))
-            part = _face_boxes(p, r, number)
-            beside, corners = _neighbours(len(p) - 1, len(r) - 1)
-            parts.append((*part, np.where(beside < 0, -1, beside + squares), corners + points))
-            squares, points = squares + len(part[0]), points + len(part[2])
-        return cls(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        lattice = _whole_lattice(*(max(round(size), 1) for size in upper - lower))
+        shift = np.zeros((6, 4, 1))
+        for number in range(6):
+            shift[number, (1, 2), 0] = lower[(number // 2 + 1) % 3], lower[(number // 2 + 2) % 3]
+        boxes = (lattice.squares, lattice.edges, lattice.points, lattice.ends)
+        return cls(*(part + shift[part[:, 3, 0].astype(np.int64)] for part in boxes), lattice.beside, lattice.corners)
+
+
+@lru_cache(maxsize=64)
+def _whole_lattice(*sizes: int) -> _Lattice:
+    """That of a block of so many cells from the origin on."""
+    parts: list[tuple[NDArray[np.generic], ...]] = []
+    squares = points = 0
+    for number, (axis, _) in enumerate(product(range(3), range(2))):
+        p, r = (np.arange(sizes[a % 3] + 1.0) for a in (axis + 1, axis + 2))
+        part = _face_boxes(p, r, number)
+        beside, corners = _neighbours(len(p) - 1, len(r) - 1)
+        parts.append((*part, np.where(beside < 0, -1, beside + squares), corners + points))
+        squares, points = squares + len(part[0]), points + len(part[2])
+    return _Lattice(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def _face_boxes(p: FloatArray, r: FloatArray, number: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -131,8 +148,8 @@ def _face_boxes(p: FloatArray, r: FloatArray, number: int) -> tuple[FloatArray, 
     at_p, at_r = np.stack([p, p], axis=1), np.stack([r, r], axis=1)
     edges = [boxes_between(at_p, v, number), boxes_between(u, at_r, number)]
     ribs = [boxes_between(at_p[ends, :], v, number), boxes_between(u, at_r[ends, :], number)]
-    corners = boxes_between(at_p[ends, :], at_r[ends, :], number)
-    return boxes_between(u, v, number), np.concatenate(edges), boxes_between(at_p, at_r, number), np.concatenate([*ribs, corners])
+    ribs.append(boxes_between(at_p[ends, :], at_r[ends, :], number))
+    return boxes_between(u, v, number), np.concatenate(edges), boxes_between(at_p, at_r, number), np.concatenate(ribs)
 
 
 def _neighbours(n: int, m: int) -> tuple[IntArray, IntArray]:
@@ -175,10 +192,6 @@ def _edges_hold(rim: Hull, lattice: _Lattice) -> bool:
         return True
     simple = np.append(_simple(rim, lattice.squares), False)
     return bool(simple[lattice.beside[~once]].all())
-
-
-def _unit_steps(low: float, high: float) -> FloatArray:
-    return np.linspace(low, high, max(round(high - low), 1) + 1)
 
 
 def boxes_between(u: FloatArray, v: FloatArray, number: int) -> FloatArray:

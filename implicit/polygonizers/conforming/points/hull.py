@@ -22,8 +22,7 @@ class Hull:
     @classmethod
     def of(cls, faces: list[FloatArray]) -> "Hull":
         """The polynomials of several faces, each given by its coefficients (s, j, k)."""
-        shape = np.max([face.shape for face in faces], axis=0)
-        q = np.stack([np.pad(face, [(0, a - b) for a, b in zip(shape, face.shape, strict=True)]) for face in faces])
+        q = np.stack(faces)
         return cls(q, np.abs(q))
 
     def at_end(self) -> "Hull":
