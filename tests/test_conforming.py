@@ -141,8 +141,8 @@ def test_blocks_take_in_what_is_coarse_or_keep_away_from_it() -> None:
     (block,), _ = find_blocks(field, grid, origin, first, coarse)
     assert (small.upper - small.lower).max() < (block.upper - block.lower).max()
     assert block.holds(np.floor(coarse).astype(np.int64)).all()
-    far = grid.to_units(origin) + np.array([6.5, 0.0, 0.0])
-    assert find_blocks(field, grid, origin, first, np.concatenate([coarse, far]))[1].tolist() == [0]
+    along = grid.to_units(origin) + np.array([[3.5, 0.1, 0.1], [5.5, 0.1, 0.1], [7.5, 0.1, 0.1]])
+    assert find_blocks(field, grid, origin, first, np.concatenate([coarse, along]))[1].tolist() == [0]
 
 
 def test_a_solitary_point_is_a_vertex_without_faces() -> None:
