@@ -137,12 +137,11 @@ def test_blocks_take_in_what_is_coarse_or_keep_away_from_it() -> None:
     grid, field = Grid.over(Ball(1), 24, 6), Surface("x^2 + y^2 = z^2").field
     origin, first = np.zeros((1, 3)), np.array([0])
     (small,), _ = find_blocks(field, grid, origin, first, origin[:0])
-    coarse = grid.to_units(origin) + np.array([1.9, 1.9, 0.1])
-    (block,), _ = find_blocks(field, grid, origin, first, coarse)
-    assert (small.upper - small.lower).max() < (block.upper - block.lower).max()
-    assert block.holds(np.floor(coarse).astype(np.int64)).all()
-    along = grid.to_units(origin) + np.array([[3.5, 0.1, 0.1], [5.5, 0.1, 0.1], [7.5, 0.1, 0.1]])
-    assert find_blocks(field, grid, origin, first, np.concatenate([coarse, along]))[1].tolist() == [0]
+    beside = (small.lower + small.upper) / 2 * [[0, 1, 1]] + [[small.upper[0] + 0.5, 0, 0]]
+    (block,), _ = find_blocks(field, grid, origin, first, beside)
+    assert block.holds(np.floor(beside).astype(np.int64)).all()
+    farther = beside + [[2.0, 0, 0], [4.0, 0, 0]]
+    assert find_blocks(field, grid, origin, first, np.concatenate([beside, farther]))[1].tolist() == [0]
 
 
 def test_a_solitary_point_is_a_vertex_without_faces() -> None:

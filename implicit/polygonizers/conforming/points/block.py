@@ -109,19 +109,41 @@ def _candidates(
     cell = np.floor(unit).astype(np.int64)
     if (least > cell).any() or (most <= cell).any():
         return
-    places = np.indices((*(cell + 1 - least), *(most - cell))).reshape(6, -1).T
-    blocks = (places + np.concatenate([least, cell + 1])).reshape(-1, 2, 3)
-    sizes = blocks[:, 1] - blocks[:, 0]
-    longest = sizes.max(axis=1)
-    nearest = np.abs(blocks - unit).min(axis=(1, 2))
-    likely = (nearest > _NEAREST) & (longest - sizes.min(axis=1) <= 2)
+    ranges = [_ranges(float(unit[axis]), int(least[axis]), int(most[axis])) for axis in range(3)]
     coarse = coarse[np.abs(coarse - unit).max(axis=1, initial=0) < _FARTHEST + 1 + _BESIDE]
     for size in range(2, 2 * _FARTHEST + 2):
-        rows = np.flatnonzero(likely & (longest == size))
-        group = blocks[rows[np.argsort(-nearest[rows], kind="stable")]]
-        gaps = np.maximum(group[:, :1] - coarse, coarse - group[:, 1:]).max(axis=2)
-        group = group[~((gaps > 0) & (gaps < _BESIDE)).any(axis=1)][:_SAMPLE]
+        group = _of_size(ranges, size, unit)
+        group = group[_clear_around(group, coarse)][:_SAMPLE]
         yield from group[_clear_ribs(germ, group - unit)][:_PER_SIZE]
+
+
+def _ranges(unit: float, least: int, most: int) -> IntArray:
+    """The ranges (n, 2) of cells within (least, most) that hold a place, and whose ends are not too near to it."""
+    cell = int(np.floor(unit))
+    ends = np.array(list(product(range(least, cell + 1), range(cell + 1, most + 1))))
+    return np.asarray(ends[np.abs(ends - unit).min(axis=1) > _NEAREST])
+
+
+def _of_size(ranges: list[IntArray], size: int, unit: FloatArray) -> IntArray:
+    """The blocks (n, 2, 3) whose longest side has so many cells, none 2 cells shorter; those round a place come first
+    whose boundary is far from it.
+    """
+    lengths = [part[:, 1] - part[:, 0] for part in ranges]
+    usable = [part[(long <= size) & (long >= size - 2)] for part, long in zip(ranges, lengths, strict=True)]
+    rows = np.indices([len(part) for part in usable]).reshape(3, -1)
+    blocks = np.stack([part[row] for part, row in zip(usable, rows, strict=True)], axis=2)
+    blocks = blocks[(blocks[:, 1] - blocks[:, 0]).max(axis=1, initial=0) == size]
+    nearest = np.abs(blocks - unit).min(axis=(1, 2), initial=np.inf)
+    return np.asarray(blocks[np.argsort(-nearest, kind="stable")])
+
+
+def _clear_around(blocks: IntArray, coarse: FloatArray) -> NDArray[np.bool_]:
+    """Which blocks (n, 2, 3) have none of some places beside them."""
+    gaps = np.full((len(blocks), len(coarse)), -np.inf)
+    for side, axis in product((0, 1), range(3)):
+        ends, places = blocks[:, side, axis, None], coarse[:, axis]
+        np.maximum(gaps, places - ends if side else ends - places, out=gaps)
+    return np.asarray(((gaps <= 0) | (gaps >= _BESIDE)).all(axis=1))
 
 
 def _clear_ribs(germ: Germ, corners: FloatArray) -> NDArray[np.bool_]:

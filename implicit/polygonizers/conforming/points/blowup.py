@@ -205,11 +205,13 @@ def halves(boxes: FloatArray) -> tuple[FloatArray, IntArray]:
     """Boxes halved along every axis in which they have width, and the row each part comes from."""
     rows = np.arange(len(boxes))
     for axis in range(3):
-        wide = np.flatnonzero(boxes[:, axis, 1] > boxes[:, axis, 0])
-        low, high = boxes.copy(), boxes[wide].copy()
-        low[wide, axis, 1] = boxes[wide, axis].mean(axis=1)
-        high[:, axis, 0] = boxes[wide, axis].mean(axis=1)
-        boxes, rows = np.concatenate([low, high]), np.concatenate([rows, rows[wide]])
+        wide = boxes[:, axis, 1] > boxes[:, axis, 0]
+        high = boxes[wide]
+        middle = (high[:, axis, 0] + high[:, axis, 1]) / 2
+        high[:, axis, 0] = middle
+        boxes = np.concatenate([boxes, high])
+        boxes[np.flatnonzero(wide), axis, 1] = middle
+        rows = np.append(rows, rows[wide])
     return boxes, rows
 
 
