@@ -52,6 +52,13 @@ class Edges:
         return not self.balance.any()
 
 
+def renumbered(faces: IntArray, size: int) -> tuple[IntArray, IntArray]:
+    """The vertices, of `size`, that `faces` (F, 3) use, ascending, and the faces in numbers of these."""
+    used = np.zeros(size, np.bool_)
+    used[faces.ravel()] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
+
+
 def find_edges(faces: IntArray, size: int) -> Edges:
     """The edges of `faces` (F, 3) over `size` vertices; a side from a vertex to itself is no edge."""
     start, stop = faces.ravel(), np.roll(faces, -1, axis=1).ravel()

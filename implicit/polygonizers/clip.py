@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from implicit.domain import Ball
 from implicit.evaluate import Field
-from implicit.topology import find_edges, split_vertices
+from implicit.polygonizers.weld import list_marked
+from implicit.topology import find_edges, renumbered, split_vertices
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -54,7 +55,8 @@ class SphereRim:
 
     def heights(self, points: FloatArray) -> FloatArray:
         """Signed distances (n,) from the sphere, negative inside."""
-        return np.asarray(np.linalg.norm(points - self.ball.center, axis=1) - self.ball.radius)
+        offset = points - self.ball.center
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", offset, offset)) - self.ball.radius)
 
     def reach(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The points moved to the curve, by Newton's steps of least length, and unit normals there."""
@@ -98,19 +100,34 @@ def clip(vertices: FloatArray, normals: FloatArray, faces: IntArray, ball: Ball,
 def cut_along(
     rim: Rim, vertices: FloatArray, normals: FloatArray, faces: IntArray, fixed: NDArray[np.bool_] | None = None
 ) -> Trimesh:
-    """The part of a mesh of f = 0 inside a wall. `fixed` vertices are not moved, and not cut off when on the wall."""
+    """The part of a mesh of f = 0 inside a wall. `fixed` vertices are not moved, and not cut off when on the wall.
+
+    Vertices keep their numbers, new ones come behind.
+    """
     height = rim.heights(vertices)
     if not (height > 0).any():
         return vertices, normals, faces
-    inside, outside = (height < -_NEAR * rim.cell)[faces.T], (height > _NEAR * rim.cell)[faces.T]
-    deep, far = inside[0] & inside[1] & inside[2], outside[0] & outside[1] & outside[2]
-    whole, faces = faces[deep], faces[~deep & ~far]
-    movable = np.abs(height) < _NEAR * rim.cell
+    shallow = list_marked(faces, height >= -_NEAR * rim.cell)
+    deep = np.ones(len(faces), np.bool_)
+    deep[shallow] = False
+    near = faces[shallow]
+    outside = (height > _NEAR * rim.cell)[near.T]
+    names, near = renumbered(near[~(outside[0] & outside[1] & outside[2])], len(vertices))
+    count = len(names)
+    held = np.zeros(count, bool) if fixed is None else fixed[names]
+    places, upright, kept = _cut_near(rim, (vertices[names], normals[names], near), height[names], held)
+    names = np.append(names, len(vertices) + np.arange(len(places) - count))
+    vertices, normals = np.concatenate([vertices, places[count:]]), np.concatenate([normals, upright[count:]])
+    vertices[names[:count]], normals[names[:count]] = places[:count], upright[:count]
+    return vertices, normals, np.concatenate([faces[deep], names[kept]])
+
+
+def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.bool_]) -> Trimesh:
+    """The part inside a wall of the faces that are near it."""
+    vertices, normals, faces = mesh
+    movable = (np.abs(height) < _NEAR * rim.cell) & ~fixed
     movable &= _crossing(height, faces)
-    on = np.zeros(len(vertices), bool)
-    if fixed is not None:
-        movable &= ~fixed
-        on = fixed & (np.abs(height) < _ON * rim.cell)
+    on = fixed & (np.abs(height) < _ON * rim.cell)
     movable[_behind(vertices, height, faces, movable)] = False
     old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
     vertices[movable], normals[movable] = rim.reach(vertices[movable])
@@ -123,7 +140,7 @@ def cut_along(
         bad = bad[bad < len(old)]
         bad = bad[movable[bad]]
         if not len(bad):
-            return places, upright, np.concatenate([whole, kept])
+            return places, upright, kept
         movable[bad] = False
         vertices[bad], normals[bad] = old[bad], ups[bad]
 
