@@ -59,6 +59,15 @@ def renumbered(faces: IntArray, size: int) -> tuple[IntArray, IntArray]:
     return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
 
 
+def with_others(faces: IntArray, stay: NDArray[np.bool_], others: IntArray) -> IntArray:
+    """The faces (F, 3) that stay, and others behind them: large arrays are written once."""
+    count = int(np.count_nonzero(stay))
+    result = np.empty((count + len(others), 3), np.int64)
+    np.compress(stay, faces, axis=0, out=result[:count])
+    result[count:] = others
+    return result
+
+
 def find_edges(faces: IntArray, size: int) -> Edges:
     """The edges of `faces` (F, 3) over `size` vertices; a side from a vertex to itself is no edge."""
     start, stop = faces.ravel(), np.roll(faces, -1, axis=1).ravel()

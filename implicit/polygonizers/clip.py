@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from implicit.domain import Ball
 from implicit.evaluate import Field
 from implicit.polygonizers.weld import list_marked
-from implicit.topology import find_edges, renumbered, split_vertices
+from implicit.topology import find_edges, renumbered, split_vertices, with_others
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -119,7 +119,7 @@ def cut_along(
     names = np.append(names, len(vertices) + np.arange(len(places) - count))
     vertices, normals = np.concatenate([vertices, places[count:]]), np.concatenate([normals, upright[count:]])
     vertices[names[:count]], normals[names[:count]] = places[:count], upright[:count]
-    return vertices, normals, np.concatenate([faces[deep], names[kept]])
+    return vertices, normals, with_others(faces, deep, names[kept])
 
 
 def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.bool_]) -> Trimesh:
@@ -228,12 +228,12 @@ def _name_cuts(
     for (p, q), (i, j) in zip(((a, b), (b, c), (c, a)), ((0, 1), (1, 2), (2, 0)), strict=True):
         cut = sign[:, i] * sign[:, j] < 0
         names.append(np.where(cut, 0, -1))
-        ends.append(np.where((sign[:, i] < 0)[:, None], np.column_stack([p, q]), np.column_stack([q, p]))[cut])
-    keys, inverse = np.unique(np.concatenate(ends), axis=0, return_inverse=True)
-    inverse = inverse.ravel() + size
+        ends.append(np.where(sign[:, i] < 0, p * size + q, q * size + p)[cut])
+    keys, inverse = np.unique(np.concatenate(ends), return_inverse=True)
+    inverse += size
     first = 0
     for name in names:
         count = int(np.count_nonzero(name == 0))
         name[name == 0] = inverse[first : first + count]
         first += count
-    return keys, tuple(names)
+    return np.column_stack([keys // size, keys % size]), tuple(names)

@@ -157,7 +157,7 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
     doubts = [*draft.doubts, boxes_of(corners[cosines < TURN]), hidden(local.field, grid, cells)]
     unresolved = _meeting(domain.box, np.concatenate(doubts))
     used = np.zeros(len(vertices), bool)
-    used[faces] = True
+    used[faces.ravel()] = True
     used[np.concatenate([special, *curves])] = True
     number = np.cumsum(used) - 1
     vertices, normals, faces = vertices[used], normals[used], number[faces]

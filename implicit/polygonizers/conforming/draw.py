@@ -17,9 +17,20 @@ from implicit.polygonizers.conforming.points.inward import refine_inwards
 from implicit.polygonizers.conforming.tetrahedra.join import join_patch
 from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 from implicit.polygonizers.weld import list_marked
+from implicit.topology import renumbered, with_others
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Near:
+    """A part of the sweep: the numbers that its vertices have there, and its faces in numbers of its own."""
+
+    names: IntArray
+    vertices: FloatArray
+    normals: FloatArray
+    faces: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +48,16 @@ class Sweep:
         x, y, z = (self.grid.to_units(self.vertices) + 1).astype(np.int64).T
         return np.asarray((x * size[1] + y) * size[2] + z)
 
-    def near(self, cells: IntArray) -> IntArray:
-        """The rows of faces with a vertex in some cells (n, 3) or beside them; all faces within the cells are there."""
+    def near(self, cells: IntArray) -> tuple[NDArray[np.bool_], Near]:
+        """The part with a vertex in some cells (n, 3) or beside them, and which faces do not belong to it."""
         size = self.grid.cells + 2
         meant = np.zeros(int(size.prod()), np.bool_)
         meant[np.ravel_multi_index(tuple(cells_round(cells.astype(float) + 1, 1, size).T), tuple(size))] = True
-        return np.asarray(list_marked(self.faces, meant[self._cells]))
+        rows = list_marked(self.faces, meant[self._cells])
+        names, faces = renumbered(self.faces[rows], len(self.vertices))
+        rest = np.ones(len(self.faces), bool)
+        rest[rows] = False
+        return rest, Near(names, self.vertices[names], self.normals[names], faces)
 
 
 @dataclass(eq=False)
@@ -86,41 +101,42 @@ def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | 
 
     Raises Ragged where ribbons cannot be laid.
     """
-    first = len(sweep.vertices)
     cells = [block.cells for block in blocks] + ([hood.cells, hood.zones.cells(sweep.grid.cells)] if hood else [])
-    near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
-    part = sweep.faces[near]
-    gone, cones = put_cones(sweep.vertices[part], part, sweep.grid, blocks, first)
+    stay, near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
+    first = len(near.names)
+    gone, cones = put_cones(near.vertices[near.faces], near.faces, sweep.grid, blocks, first)
     points = np.array([block.point for block in blocks]).reshape(-1, 3)
     added = _Added(gone, [points], [cones], first + np.arange(len(blocks)))
     if hood:
-        _add_neighbourhood(added, sweep, part, hood, first + len(blocks))
-    stay = np.ones(len(sweep.faces), bool)
-    stay[near[added.gone]] = False
-    places = np.concatenate(added.places)
-    vertices, normals = np.concatenate([sweep.vertices, places]), np.concatenate([sweep.normals, np.zeros_like(places)])
-    normals[first:] = unit(local.field.gradients(places)[1])
-    fixed = np.zeros(len(vertices), bool)
+        _add_neighbourhood(added, sweep.grid, near, hood, first + len(blocks))
+    places = np.concatenate([near.vertices, *added.places])
+    normals = np.concatenate([near.normals, unit(local.field.gradients(places[first:])[1])])
+    fixed = np.zeros(len(places), bool)
     fixed[np.concatenate([added.special, *added.curves])] = True
     normals[fixed] = 0
-    vertices, normals, fresh = refine_inwards(
-        local, (vertices, normals, np.concatenate(added.faces)), added.special, fixed
+    places, normals, fresh = refine_inwards(
+        local, (places, normals, np.concatenate(added.faces)), added.special, fixed
     )
+    faces = np.concatenate([near.faces[~added.gone], fresh])
     if hood and hood.zones.stretches:
-        stay[near] = False
-        around = vertices, normals, np.concatenate([part[~added.gone], fresh])
-        vertices, normals, fresh = lay_ribbons(local, around, hood, added.stations, fixed)
-    faces = np.concatenate([sweep.faces[stay], fresh])
-    return Draft(vertices, normals, faces, added.special, added.curves, added.doubts)
+        places, normals, faces = lay_ribbons(local, (places, normals, faces), hood, added.stations, fixed)
+    count = len(sweep.vertices)
+    names = np.append(near.names, count + np.arange(len(places) - first))
+    vertices = np.concatenate([sweep.vertices, places[first:]])
+    upright = np.concatenate([sweep.normals, normals[first:]])
+    vertices[near.names], upright[near.names] = places[:first], normals[:first]
+    curves = [names[curve] for curve in added.curves]
+    faces = with_others(sweep.faces, stay, names[faces])
+    return Draft(vertices, upright, faces, names[added.special], curves, added.doubts)
 
 
-def _add_neighbourhood(added: _Added, sweep: Sweep, part: IntArray, hood: Neighbourhood, first: int) -> None:
+def _add_neighbourhood(added: _Added, grid: Grid, near: Near, hood: Neighbourhood, first: int) -> None:
     """Add the vertices on the singular set, numbered from `first` on, and the patch."""
-    grid, on = sweep.grid, hood.skeleton.on
+    on = hood.skeleton.on
     added.stations, more = hood.threads(first)
     on_curves, doubtful = np.concatenate([on, more]), hood.doubtful
     if hood.patch:
-        (inside, faces), places, missing = join_patch(sweep.vertices, part, grid, hood.patch, on_curves, first)
+        (inside, faces), places, missing = join_patch(near.vertices, near.faces, grid, hood.patch, on_curves, first)
         added.gone = added.gone | inside
         added.places.append(places)
         added.faces.append(faces)
