@@ -114,9 +114,7 @@ def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | 
     fixed = np.zeros(len(places), bool)
     fixed[np.concatenate([added.special, *added.curves])] = True
     normals[fixed] = 0
-    places, normals, fresh = refine_inwards(
-        local, (places, normals, np.concatenate(added.faces)), added.special, fixed
-    )
+    places, normals, fresh = refine_inwards(local, (places, normals, np.concatenate(added.faces)), added.special, fixed)
     faces = np.concatenate([near.faces[~added.gone], fresh])
     if hood and hood.zones.stretches:
         places, normals, faces = lay_ribbons(local, (places, normals, faces), hood, added.stations, fixed)

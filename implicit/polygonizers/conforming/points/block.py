@@ -32,6 +32,8 @@ _NEAREST = 0.6
 """The boundary of a block is at least so many cells away from its point."""
 _CLEAR = 0.2
 """In a block worth trying the tangent cone stays so many cells away from corners and does not touch ribs."""
+_ENDS = np.array([[np.insert((i, j), axis, end) for end in (0, 1)] for axis, i, j in product(range(3), (0, 1), (0, 1))])
+"""The ribs (12, 2, 3) of a block, four along each axis: for both ends, which side of the block it lies on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,12 +151,9 @@ def _clear_around(blocks: IntArray, coarse: FloatArray) -> NDArray[np.bool_]:
 def _clear_ribs(germ: Germ, corners: FloatArray) -> NDArray[np.bool_]:
     """Which blocks (n, 2, 3) have ribs that the tangent cone crosses transversally, if at all."""
     share = np.linspace(0, 1, 9)
-    w = np.empty((len(corners), 3, 4, len(share), 3))
-    for axis, (number, (i, j)) in product(range(3), enumerate(product((0, 1), repeat=2))):
-        rib = w[:, axis, number]
-        rib[..., axis] = corners[:, :1, axis] + share * (corners[:, 1:, axis] - corners[:, :1, axis])
-        rib[..., (axis + 1) % 3] = corners[:, i, (axis + 1) % 3, None]
-        rib[..., (axis + 2) % 3] = corners[:, j, (axis + 2) % 3, None]
+    ends = corners[:, _ENDS, range(3)]
+    w = ends[:, :, 0, None] + share[:, None] * (ends[:, :, 1] - ends[:, :, 0])[:, :, None]
+    w = w.reshape(-1, 3, 4, len(share), 3)
     value, slope = germ.tangent_cone(w.reshape(-1, 3))
     value, slope = np.abs(value).reshape(w.shape[:-1]), slope.reshape(w.shape)
     steep = np.linalg.norm(slope, axis=-1)
