@@ -79,25 +79,25 @@ def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
     if local.degree is None:
         return _sampled(local, a, b)
     form = _on_segments(max(local.degree, 1))
-    places = a[:, None] + form.nodes[:, None] * (b - a)[:, None]
-    coefficients = local.values(places) @ form.matrix.T
-    noise = form.growth * local.noise(np.stack([a, b], axis=1))
-    left, right = _halves(coefficients.shape[1] - 1)
+    places = a + form.nodes[:, None, None] * (b - a)
+    coefficients = form.matrix @ local.values(places)
+    noise = form.growth * local.noise(a, b)
+    left, right = _halves(len(coefficients) - 1)
     owner, low, high, found = np.arange(len(a)), np.zeros(len(a)), np.ones(len(a)), []
     heard = np.ones(len(a), bool)
     for depth in range(_HALVINGS + 1):
-        loud = np.abs(coefficients).max(axis=1, initial=0) > _NOISE * noise
+        loud = np.abs(coefficients).max(axis=0, initial=0) > _NOISE * noise
         heard[owner[~loud]] = False
         known = (_most_changes(coefficients, noise) <= 1) | ~loud
-        once = known & ((coefficients[:, 0] < 0) != (coefficients[:, -1] < 0))
+        once = known & ((coefficients[0] < 0) != (coefficients[-1] < 0))
         shown = once | (~known & (depth == _HALVINGS))
         found.append((owner[shown], low[shown], high[shown], once[shown]))
         if known.all():
             break
-        owner, low, high, coefficients = owner[~known], low[~known], high[~known], coefficients[~known]
+        owner, low, high, coefficients = owner[~known], low[~known], high[~known], coefficients[:, ~known]
         noise = np.tile(noise[~known], 2)
         middle = (low + high) / 2
-        coefficients = np.concatenate([coefficients @ left.T, coefficients @ right.T])
+        coefficients = np.concatenate([left @ coefficients, right @ coefficients], axis=1)
         owner, low, high = np.tile(owner, 2), np.append(low, middle), np.append(middle, high)
     owner, low, high, sure = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.lexsort((low, owner))
@@ -121,16 +121,19 @@ def plain(local: Local, corners: FloatArray) -> Flags:
         return _rising(local, corners)
     degree = max(local.degree, 1)
     form, steps = _on_triangles(degree), _steps(degree)
-    coefficients = local.values(np.einsum("kb,nbc->nkc", form.nodes, corners)) @ form.matrix.T
-    noise = form.growth * local.noise(corners)
-    away = (coefficients.min(axis=1, initial=np.inf) > noise) | (coefficients.max(axis=1, initial=-np.inf) < -noise)
-    rises = degree * (coefficients[:, steps[:, 1:]] - coefficients[:, steps[:, :1]])
+    coefficients = form.matrix @ local.values(np.einsum("kb,nbc->knc", form.nodes, corners))
+    noise = form.growth * local.noise(*corners.transpose(1, 0, 2))
+    away = (coefficients.min(axis=0, initial=np.inf) > noise) | (coefficients.max(axis=0, initial=-np.inf) < -noise)
+    rises = degree * (coefficients[steps[:, 1:]] - coefficients[steps[:, :1]])
     sides = corners[:, 1:] - corners[:, :1]
-    metric = np.einsum("nic,njc->nij", sides, sides)
+    metric = np.einsum("nic,njc->ijn", sides, sides)
+    mean = rises.mean(axis=0)
+    determinant = metric[0, 0] * metric[1, 1] - metric[0, 1] * metric[1, 0]
     with np.errstate(all="ignore"):
-        way = np.linalg.solve(metric, rises.mean(axis=1)[..., None])[..., 0]
-    rise = np.einsum("nki,ni->nk", rises, way)
-    return np.asarray(away | (rise.min(axis=1, initial=np.inf) > 4 * degree * noise * np.abs(way).sum(axis=1)))
+        way = np.stack([metric[1, 1], -metric[0, 1]]) * mean[0] + np.stack([-metric[1, 0], metric[0, 0]]) * mean[1]
+        way /= determinant
+    rise = (rises * way).sum(axis=1)
+    return np.asarray(away | (rise.min(axis=0, initial=np.inf) > 4 * degree * noise * np.abs(way).sum(axis=0)))
 
 
 def _rising(local: Local, corners: FloatArray) -> Flags:
@@ -146,14 +149,14 @@ def _rising(local: Local, corners: FloatArray) -> Flags:
 
 
 def _most_changes(coefficients: FloatArray, noise: FloatArray) -> IntArray:
-    """The most changes of sign in each row, where what is not above the noise may have either."""
-    plus, minus = coefficients >= -noise[:, None], coefficients <= noise[:, None]
-    never = -len(coefficients.T)
-    above, below = np.where(plus[:, 0], 0, never), np.where(minus[:, 0], 0, never)
-    for k in range(1, coefficients.shape[1]):
+    """The most changes of sign in each column, where what is not above the noise may have either."""
+    plus, minus = coefficients >= -noise, coefficients <= noise
+    never = -len(coefficients)
+    above, below = np.where(plus[0], 0, never), np.where(minus[0], 0, never)
+    for k in range(1, len(coefficients)):
         above, below = (
-            np.where(plus[:, k], np.maximum(above, below + 1), never),
-            np.where(minus[:, k], np.maximum(below, above + 1), never),
+            np.where(plus[k], np.maximum(above, below + 1), never),
+            np.where(minus[k], np.maximum(below, above + 1), never),
         )
     return np.asarray(np.maximum(above, below))
 

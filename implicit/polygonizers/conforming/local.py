@@ -37,9 +37,9 @@ class Local:
         field = self.field
         return int(field.exponents.sum(axis=1).max(initial=0)) if isinstance(field, PolynomialField) else None
 
-    def noise(self, corners: FloatArray) -> FloatArray:
-        """How far values (n,) of a polynomial between corners (n, k, 3) may be off by rounding, in lattice units."""
-        return self._sizes.values(np.abs(self.grid.to_points(corners)).max(axis=1))
+    def noise(self, *corners: FloatArray) -> FloatArray:
+        """How far values (n,) of a polynomial between corners (n, 3), in lattice units, may be off by rounding."""
+        return self._sizes.values(np.max([np.abs(self.grid.to_points(places)) for places in corners], axis=0))
 
     @cached_property
     def _sizes(self) -> PolynomialField:
