@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from implicit.polygonizers.conforming.curves.arc import Arc
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.points.critical import critical_radius
-from implicit.polygonizers.conforming.points.link import Link, find_link
+from implicit.polygonizers.conforming.points.link import Link, even, find_link
 
 FloatArray = NDArray[np.float64]
 
@@ -57,8 +57,9 @@ def find_ball(
         exits = _exits(arcs, row, center, radius)
         directions = np.array([(e.place - center) / radius for e in exits]).reshape(-1, 3)
         spacing = float(np.clip(0.8 / radius, 0.12, 0.45))
-        link = find_link(local, center, radius, directions, spacing, rng)
-        score = (not link.resolved, len(link.directions) / link.plain)
+        plain = even(spacing, rng)
+        link = find_link(local, center, radius, directions, plain, spacing, rng)
+        score = (not link.resolved, len(link.directions) / len(plain))
         if best is None or score < best[0]:
             best = (score, radius, exits, link)
         if (link.resolved and len(link.directions) <= _ENOUGH) or radius >= 0.999 * most:
@@ -67,7 +68,7 @@ def find_ball(
     _, radius, exits, link = best
     half = _exits(arcs, row, center, radius / 2)
     directions = np.array([(e.place - center) / (radius / 2) for e in half]).reshape(-1, 3)
-    inner = find_link(local, center, radius / 2, directions, float(np.clip(0.8 / radius, 0.12, 0.45)), rng)
+    inner = find_link(local, center, radius / 2, directions, link.directions[len(exits) :], spacing, rng)
     return Ball(row, center, radius, exits, link, link.resolved and inner.topology == link.topology)
 
 

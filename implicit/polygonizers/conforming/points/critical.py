@@ -111,16 +111,25 @@ def _step(local: Local, point: FloatArray, x: FloatArray) -> FloatArray:
     """One step of Gauss and Newton, scaled by the size of the gradient and the distance."""
     offset = x - point
     value, slope = local.gradients(x)
-    hessian = local.hessians(x)
     scale = 1 / ((np.linalg.norm(offset, axis=1) + 1e-300) * (np.linalg.norm(slope, axis=1) + 1e-300))
-    jacobian = np.empty((len(x), 4, 3))
-    for axis in range(3):
-        jacobian[:, :3, axis] = np.cross(hessian[:, :, axis], offset) + np.cross(slope, np.eye(3)[axis])
-    jacobian[:, 3] = slope
-    rest = np.concatenate([np.cross(slope, offset), value[:, None]], axis=1) * scale[:, None]
-    jacobian *= scale[:, None, None]
-    jacobian = np.nan_to_num(jacobian, posinf=0, neginf=0).clip(-1e100, 1e100)
-    normal = np.einsum("nki,nkj->nij", jacobian, jacobian)
+    around = _cross_matrices(slope)
+    equations = np.empty((len(x), 4, 4))  # grad f x (x - p) and f: derivatives, and the values themselves
+    equations[:, :3, :3] = around - _cross_matrices(offset) @ local.hessians(x)
+    equations[:, :3, 3] = (around @ offset[..., None])[..., 0]
+    equations[:, 3, :3] = slope
+    equations[:, 3, 3] = value
+    equations = np.nan_to_num(equations * scale[:, None, None]).clip(-1e100, 1e100)
+    jacobian, rest = equations[..., :3], equations[..., 3:]
+    turned = jacobian.transpose(0, 2, 1)
+    normal = turned @ jacobian
     normal += (1e-12 * np.trace(normal, axis1=1, axis2=2) + 1e-200)[:, None, None] * np.eye(3)
-    right = np.einsum("nki,nk->ni", jacobian, np.nan_to_num(rest).clip(-1e100, 1e100))
-    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
+    return np.asarray(np.linalg.solve(normal, turned @ rest)[..., 0])
+
+
+def _cross_matrices(vectors: FloatArray) -> FloatArray:
+    """The matrices (n, 3, 3) that take w to v x w."""
+    x, y, z = vectors.T
+    result = np.zeros((len(vectors), 3, 3))
+    result[:, 0, 1], result[:, 0, 2], result[:, 1, 2] = -z, y, -x
+    result[:, 1, 0], result[:, 2, 0], result[:, 2, 1] = z, -y, x
+    return result

@@ -39,15 +39,20 @@ class Link:
     sheets: IntArray
     topology: tuple[int, int]
     resolved: bool
-    plain: int
+
+
+def even(spacing: float, rng: np.random.Generator) -> FloatArray:
+    """Directions (n, 3) about so far apart, turned at random."""
+    return spread(int(4 * np.pi / (0.8 * spacing**2)), rng)
 
 
 def find_link(
-    local: Local, point: FloatArray, radius: float, exits: FloatArray, spacing: float, rng: np.random.Generator
-) -> Link:
-    """The link on the sphere of a radius, refined from points about `spacing` apart; exits (k, 3) are directions."""
-    plain = int(4 * np.pi / (0.8 * spacing**2))
-    points = spread(plain, rng)
+    local: Local, point: FloatArray, radius: float, exits: FloatArray, points: FloatArray, spacing: float,
+    rng: np.random.Generator,
+) -> Link:  # fmt: skip
+    """The link on the sphere of a radius, refined from directions (n, 3) at most about `spacing` apart; exits (k, 3)
+    are directions too.
+    """
     circles, narrow = [], False
     for i, exit_ in enumerate(exits):
         others = np.linalg.norm(np.delete(exits, i, axis=0) - exit_, axis=1)
@@ -67,7 +72,7 @@ def find_link(
     points, clean = _refine(local, point, radius, points, exits, rim, spacing, rng)
     triangles = ConvexHull(points).simplices.astype(np.int64)
     topology = _topology(local.signs(point + radius * points), triangles, len(exits))
-    return Link(points, triangles, rim, sheets, topology, clean and settled, plain)
+    return Link(points, triangles, rim, sheets, topology, clean and settled)
 
 
 def _graded(exits: FloatArray, rims: FloatArray, spacing: float, rng: np.random.Generator) -> list[FloatArray]:
