@@ -69,8 +69,7 @@ def find_link(
     for exit_, reach in zip(exits, rim, strict=True):
         points = points[np.linalg.norm(points - exit_, axis=1) > 1.35 * reach]
     points = np.concatenate([exits.reshape(-1, 3), *rings, points, *_graded(exits, rim, spacing, rng)])
-    points, clean = _refine(local, point, radius, points, exits, rim, spacing, rng)
-    triangles = ConvexHull(points).simplices.astype(np.int64)
+    points, triangles, clean = _refine(local, point, radius, points, exits, rim, spacing, rng)
     topology = _topology(local.signs(point + radius * points), triangles, len(exits))
     return Link(points, triangles, rim, sheets, topology, clean and settled)
 
@@ -93,11 +92,12 @@ def _graded(exits: FloatArray, rims: FloatArray, spacing: float, rng: np.random.
 def _refine(
     local: Local, point: FloatArray, radius: float, points: FloatArray, exits: FloatArray, rims: FloatArray,
     spacing: float, rng: np.random.Generator,
-) -> tuple[FloatArray, bool]:  # fmt: skip
-    """The directions with more among them until the triangles pass; whether they do within the budget."""
+) -> tuple[FloatArray, IntArray, bool]:  # fmt: skip
+    """The directions with more among them until the triangles pass; these; and whether they do within the budget."""
+    hull = ConvexHull(points, incremental=True)
     passed = [np.zeros(0, np.int64), np.zeros(0, np.int64)]
     for _ in range(_ROUNDS):
-        triangles = np.sort(ConvexHull(points).simplices.astype(np.int64), axis=1)
+        triangles = np.sort(hull.simplices.astype(np.int64), axis=1)
         parts = []
         for kind, (look, simplices) in enumerate(
             ((_crossed_edges, pairs_of(triangles)), (_turning_triangles, triangles))
@@ -112,7 +112,7 @@ def _refine(
             parts.append(way)
         new = np.concatenate(parts)
         if not len(new):
-            return points, True
+            return points, triangles, True
         new = unit_rows(new + rng.normal(size=new.shape) * 1e-3 * spacing)
         new = new[(np.linalg.norm(new[:, None] - exits, axis=2) > 1.15 * rims).all(axis=1)]
         gap = cKDTree(points).query(new)[0]
@@ -121,9 +121,10 @@ def _refine(
             close = cKDTree(new).query_pairs(0.35 * float(np.median(gap)), output_type="ndarray")
             new = np.delete(new, np.unique(close[:, 1]), axis=0)
         if not len(new) or len(points) + len(new) > _BUDGET:
-            return points, False
+            break
         points = np.concatenate([points, new])
-    return points, False
+        hull.add_points(new)
+    return points, hull.simplices.astype(np.int64), False
 
 
 def _crossed_edges(local: Local, ends: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
