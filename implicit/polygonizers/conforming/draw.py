@@ -11,6 +11,7 @@ from implicit.polygonizers.conforming.check import boxes_round
 from implicit.polygonizers.conforming.curves.ribbon import lay_ribbons
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
+from implicit.polygonizers.conforming.mend import mend
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.block import Block, put_cones
 from implicit.polygonizers.conforming.points.inward import refine_inwards
@@ -118,6 +119,8 @@ def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | 
     faces = np.concatenate([near.faces[~added.gone], fresh])
     if hood and hood.zones.stretches:
         places, normals, faces = lay_ribbons(local, (places, normals, faces), hood, added.stations, fixed)
+    fixed = np.append(fixed, np.zeros(len(places) - len(fixed), bool))
+    places, normals, faces = mend(local, (places, normals, faces), fixed)
     count = len(sweep.vertices)
     names = np.append(near.names, count + np.arange(len(places) - first))
     vertices = np.concatenate([sweep.vertices, places[first:]])

@@ -106,8 +106,8 @@ class Germ:
 class _Lattice:
     """The lattice on the six faces of a block as boxes (n, 4, 2) of t = 1, u, v, and the number of the face.
 
-    Points, edges and ribs are boxes without width. beside: the squares on both sides of each edge, -1 where there is
-    none. corners: the points (n, 4) round each square.
+    Points, edges and ribs with corners (`ends`) are boxes without width. beside: the squares on both sides of each
+    edge, -1 where there is none. corners: the points (n, 4) round each square.
     """
 
     squares: FloatArray
@@ -124,8 +124,11 @@ class _Lattice:
         shift = np.zeros((6, 4, 1))
         for number in range(6):
             shift[number, (1, 2), 0] = lower[(number // 2 + 1) % 3], lower[(number // 2 + 2) % 3]
-        boxes = (lattice.squares, lattice.edges, lattice.points, lattice.ends)
-        return cls(*(part + shift[part[:, 3, 0].astype(np.int64)] for part in boxes), lattice.beside, lattice.corners)
+        squares, edges, points, ends = (
+            part + shift[part[:, 3, 0].astype(np.int64)]
+            for part in (lattice.squares, lattice.edges, lattice.points, lattice.ends)
+        )
+        return cls(squares, edges, points, ends, lattice.beside, lattice.corners)
 
 
 @lru_cache(maxsize=64)

@@ -1,9 +1,9 @@
 """How large a ball round a special point may be: below the least critical value of the distance on the surface.
 
-Where the distance from p is critical on f = 0 the gradient is along x - p. With x = p + t w, w on the boundary of a cube,
-f and the parts of grad f x w are t^m times polynomials, m the multiplicity of p. All boxes of (t, w) are looked at, and
-those given up over which, by Bernstein coefficients, one of these has one sign; where the surface is like a smooth cone
-that is all of them near p. From what is left Newton's steps lead to the critical points.
+Where the distance from p is critical on f = 0 the gradient is along x - p. With x = p + t w, w on the boundary of a
+cube, f and the parts of grad f x w are t^m times polynomials, m the multiplicity of p. All boxes of (t, w) are looked
+at, and those given up over which, by Bernstein coefficients, one of these has one sign; where the surface is like a
+smooth cone that is all of them near p. From what is left Newton's steps lead to the critical points.
 """
 
 from itertools import product

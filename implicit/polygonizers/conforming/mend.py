@@ -1,0 +1,182 @@
+"""Triangles near the singular set mended: sides along which the surface bends are halved, and others turned.
+
+Along folds, as they run from pinch points, cells that are small enough for the topology are too large for a picture;
+and slivers of vertices in one line, as tetrahedra leave them, may face anywhere. Neither a new vertex in the middle of
+a side nor the other diagonal of two triangles changes the topology.
+"""
+
+#     r           r           r
+#    / \         /|\         /|\
+#   p---q  to   p-m-q  or   p | q
+#    \ /         \|/         \|/
+#     s           s           s
+
+import numpy as np
+from numpy.typing import NDArray
+
+from implicit.polygonizers.clip import unit
+from implicit.polygonizers.conforming.local import Local, among, unit_rows
+from implicit.polygonizers.steps import step_onto
+from implicit.polygonizers.weld import list_marked
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Mesh = tuple[FloatArray, FloatArray, IntArray]
+
+_FACING, _ALLOWED = 0.8, 0.5
+"""Triangles should not turn by more than this cosine from a normal at a corner; the second is put up with."""
+_BEND = 0.7
+"""Nor should normals at the ends of a side."""
+_ROUNDS = 8
+_ASIDE = 0.5
+"""The surface is no farther from the middle of a side, as a share of its length."""
+_TIE, _PRIME = 1e-9, 9973
+_OFF = 1e-10
+"""Vertices are so near to f = 0, in cells."""
+
+
+def mend(local: Local, mesh: Mesh, fixed: Flags) -> Mesh:
+    """The mesh with bent sides halved, at new vertices on f = 0, and triangles turned that face elsewhere.
+
+    Sides with an end among the `fixed` vertices (v,), and those at the boundary, stay.
+    """
+    vertices, normals, faces = mesh
+    bad = (_bends(normals, fixed, faces) < _BEND).any(axis=1) | (_facing(vertices, normals, fixed, faces) < _FACING)
+    whole = np.zeros(len(vertices), np.bool_)
+    whole[faces[bad].ravel()] = True
+    around = np.zeros(len(faces), bool)
+    around[list_marked(faces, whole)] = True
+    mesh, failed = (vertices, normals, faces[around]), np.zeros(0, np.int64)
+    for _ in range(_ROUNDS):
+        before, tried = mesh, len(failed)
+        (vertices, normals, part), failed = _halve(local, mesh, fixed, failed)
+        more = len(vertices) - len(fixed)
+        fixed, whole = np.append(fixed, np.zeros(more, bool)), np.append(whole, np.ones(more, bool))
+        mesh = vertices, normals, _turn(vertices, normals, fixed, part, whole)
+        if len(failed) == tried and np.array_equal(before[2], mesh[2]):
+            break
+    return vertices, normals, np.concatenate([faces[~around], mesh[2]])
+
+
+def _halve(local: Local, mesh: Mesh, fixed: Flags, failed: IntArray) -> tuple[Mesh, IntArray]:
+    """Sides halved that bend most in both their triangles; and the keys of those where that has failed."""
+    vertices, normals, faces = mesh
+    size = len(vertices)
+    pairs, quads = _bent(normals, fixed, faces, failed)
+    p, q, r, s = quads.T
+    m = size + np.arange(len(quads))
+    places, upright, good = _middles(local, vertices, normals, quads[:, :2])
+    parts = np.array([np.column_stack(corners) for corners in ((p, m, r), (q, m, s), (m, q, r), (m, p, s))])
+    more = np.concatenate([vertices, places]), np.concatenate([normals, upright])
+    loose = np.append(fixed, np.zeros(len(quads), bool))
+    before = np.min([_facing(*more, loose, faces[rows]) for rows in pairs.T], axis=0)
+    after = np.min([_facing(*more, loose, part) for part in parts], axis=0)
+    good &= after >= np.minimum(before, _ALLOWED)
+    number = np.append(np.arange(size), np.where(good, size + np.cumsum(good) - 1, -1))
+    first, second, third, fourth = number[parts[:, good]]
+    faces = np.concatenate([faces, third, fourth])
+    faces[pairs[good, 0]], faces[pairs[good, 1]] = first, second
+    mesh = np.concatenate([vertices, places[good]]), np.concatenate([normals, upright[good]]), faces
+    return mesh, np.sort(np.append(failed, _keys(p, q)[~good]))
+
+
+def _bent(normals: FloatArray, fixed: Flags, faces: IntArray, failed: IntArray) -> tuple[IntArray, IntArray]:
+    """Pairs (m, 2) of faces whose most bent side is that between them, and their corners p, q, r, s (m, 4)."""
+    cosines = _bends(normals, fixed, faces)
+    rows = np.flatnonzero((cosines < _BEND).any(axis=1))
+    part, after = faces[rows], np.roll(faces[rows], -1, axis=1)
+    keys = _keys(part, after)
+    cosines = cosines[rows] + _TIE * (keys % _PRIME)  # of equal ones, both faces choose the same
+    cosines[among(keys, failed)] = 1
+    quads, beyond = _across(part, cosines.argmin(axis=1), len(normals))
+    row = np.arange(len(part))
+    own = np.flatnonzero((beyond > row) & (beyond[beyond] == row) & (cosines.min(axis=1, initial=1) < _BEND))
+    return np.column_stack([rows[own], rows[beyond[own]]]), quads[own]
+
+
+def _middles(
+    local: Local, vertices: FloatArray, normals: FloatArray, sides: IntArray
+) -> tuple[FloatArray, FloatArray, Flags]:
+    """Points of f = 0 (m, 3) near the middles of sides (m, 2), and their normals; and where both lie in between."""
+    ends, ways = vertices[sides], normals[sides]
+    middle = ends.mean(axis=1)
+    reach = _ASIDE * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    places = step_onto(local.field, middle, local.grid.step)
+    values, slopes = local.field.gradients(places)
+    upright = unit(slopes)
+    cosines = np.einsum("ij,ikj->ik", upright, ways).min(axis=1, initial=1)
+    good = np.linalg.norm(places - middle, axis=1) < reach
+    good &= np.abs(values) <= _OFF * local.grid.step * np.linalg.norm(slopes, axis=1)
+    return places, upright, good & (cosines > np.einsum("ij,ij->i", ways[:, 0], ways[:, 1]))
+
+
+def _turn(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray, whole: Flags) -> IntArray:
+    """The faces, with the longest sides of those that face elsewhere turned where both face better then; all faces at
+    vertices that are `whole` (v,) are there.
+    """
+    facing = _facing(vertices, normals, fixed, faces)
+    bad = facing < _FACING
+    marked = np.zeros(len(vertices), np.bool_)
+    marked[faces[bad].ravel()] = True
+    rows = list_marked(faces, marked)
+    part = faces[rows]
+    lengths = np.linalg.norm(vertices[np.roll(part, -1, axis=1)] - vertices[part], axis=2)
+    quads, beyond = _across(part, lengths.argmax(axis=1), len(vertices))
+    p, q, r, s = quads.T
+    known = np.sort(_keys(part, np.roll(part, -1, axis=1)), axis=None)
+    held = fixed[p] | fixed[q] | (fixed[r] & fixed[s])
+    free = bad[rows] & whole[r] & (beyond >= 0) & ~held & ~among(_keys(r, s), known)
+    before = np.minimum(facing[rows], facing[rows[beyond]])
+    new = np.column_stack([p, s, r]), np.column_stack([s, q, r])
+    gain = np.minimum(*(_facing(vertices, normals, fixed, corners) for corners in new)) - before
+    wanted = np.flatnonzero(free & (gain > 0))
+    chosen = _disjoint(quads, wanted[np.argsort(-gain[wanted])])
+    faces = faces.copy()
+    faces[rows[chosen]], faces[rows[beyond[chosen]]] = new[0][chosen], new[1][chosen]
+    return faces
+
+
+def _bends(normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
+    """The cosines (n, 3) between the normals at the ends of the side that begins at each corner; 1 at fixed ends."""
+    a, b, c = (normals[faces[:, k]] for k in range(3))
+    cosines = np.stack([(start * end).sum(axis=1) for start, end in ((a, b), (b, c), (c, a))], axis=1)
+    held = fixed[faces]
+    return np.asarray(np.where(held | np.roll(held, -1, axis=1), 1.0, cosines))
+
+
+def _facing(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
+    """The least cosine (n,) between a face and the normals at its corners that are not fixed; 1 if there are none."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    cosines = np.einsum("ij,ikj->ik", unit_rows(np.cross(b - a, c - a)), normals[faces])
+    return np.asarray(np.where(fixed[faces], 1.0, cosines).min(axis=1, initial=1))
+
+
+def _keys(a: IntArray, b: IntArray) -> IntArray:
+    """Numbers of the edges between vertices."""
+    return np.minimum(a, b) << 32 | np.maximum(a, b)
+
+
+def _across(faces: IntArray, side: IntArray, size: int) -> tuple[IntArray, IntArray]:
+    """The corners p, q, r, s (n, 4), drawn above, round the side of each face that begins at corner `side` (n,), and
+    the row (n,) of the face beyond; -1 where there is none.
+    """
+    p, q, r = np.take_along_axis(faces, (side[:, None] + np.arange(3)) % 3, axis=1).T
+    keys = (faces * size + np.roll(faces, -1, axis=1)).ravel()  # one after the other those of each face
+    order = np.argsort(keys)
+    wanted = q * size + p
+    place = order[np.searchsorted(keys, wanted, sorter=order) % max(len(keys), 1)]
+    s = faces.ravel()[place - place % 3 + (place + 2) % 3]
+    return np.column_stack([p, q, r, s]), np.where(keys[place] == wanted, place // 3, -1)
+
+
+def _disjoint(quads: IntArray, wanted: IntArray) -> IntArray:
+    """Of the rows wanted, best first, those that share no vertex with one before."""
+    taken: set[int] = set()
+    chosen = []
+    for row in wanted.tolist():
+        corners = set(quads[row].tolist())
+        if taken.isdisjoint(corners):
+            taken |= corners
+            chosen.append(row)
+    return np.array(chosen, np.int64)
