@@ -19,16 +19,16 @@ Mask = NDArray[np.bool_]
 
 _INNER = 1 / 9
 """Nearer to the curve, at this share of the radius, sheets lie at the same angles."""
-_STRAIGHT = 0.15
-"""Angles that differ by less are the same."""
+_STRAIGHT = 0.25
+"""Angles that differ by less are nearly the same."""
 _SCALES = (1 / 3, 1 / 64)
 """Rings with these shares of the radius are crossed as often as the whole."""
 _LEAST_RADIUS = 1.8
 """The radius of a zone, in cells: more than the diagonal of a cell, so that the sweep is not misled outside."""
 _GAP = 1.8
 """Sheets are so many cells apart outside the zone: then no cell meets two."""
-_ANGLE = 0.5
-"""Sheets at smaller angles need tetrahedra."""
+_FACTOR, _WIDER = 1.25, 7
+"""Radii of rings grow so, and so often: sheets that are not far enough apart on the last need tetrahedra."""
 _WIDENING = 0.5
 """Radii change by so much per length at most."""
 _APART = 1.7
@@ -94,30 +94,69 @@ def _sheets(local: Local, courses: list[Stations]) -> tuple[IntArray, FloatArray
     places = np.concatenate([course.places for course in courses])
     axes = frame(unit_rows(np.concatenate([_ways(course) for course in courses])))
     circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
-    count = len(circles)
-    found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
-    number, angle, straight = _apart(found[:count], found[count:])
-    radii = np.maximum(_LEAST_RADIUS, _GAP / np.sin(angle.clip(_ANGLE, np.pi / 2)))
-    scales = [[radius / _LEAST_RADIUS, *_SCALES] for radius in radii]
-    rings = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
-    crossed, seen = (part.reshape(count, 1 + len(_SCALES)) for part in counts(local, rings))
-    same = ((crossed == number[:, None]) | ~seen).all(axis=1)
-    return np.where(same & straight & (angle > _ANGLE), number, -1), radii
+    radii, rings, widest = _clear_of_cells(local, circles)
+    sheets = np.full(len(circles), -1)
+    rows = np.flatnonzero(radii < np.inf)
+    chosen = [circles[row].scaled(widest[row] / _LEAST_RADIUS) for row in rows]
+    inner = crossings(local, [circle.scaled(_INNER) for circle in chosen])
+    number, same = _alike([rings[row] for row in rows], inner)
+    scales = radii[rows, None] / widest[rows, None] * np.array([1, *_SCALES])
+    smaller = [circle.scaled(scale) for circle, row in zip(chosen, scales, strict=True) for scale in row]
+    crossed, seen = (part.reshape(scales.shape) for part in counts(local, smaller))
+    same &= ((crossed == number[:, None]) | ~seen).all(axis=1)
+    sheets[rows] = np.where(same, number, -1)
+    return sheets, radii
 
 
-def _apart(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[IntArray, FloatArray, Mask]:
-    """How many angles (n,) there are on each outer ring, the least between two, and whether they are the same on the
-    inner one.
+def _clear_of_cells(local: Local, circles: list[Circle]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+    """The least radii (n,) at which sheets are so far apart that no cell meets two, infinite where a zone would be too
+    wide; angles of the sheets on rings of at least that radius, and the radii of these rings.
+
+    Between two rings the distance of two sheets is taken for a power of the radius, as it is of straight sheets and of
+    cusps.
     """
+    count = len(circles)
+    radii, widest, before = np.full(count, np.inf), np.full(count, _LEAST_RADIUS), np.full(count, _GAP)
+    rings: list[FloatArray] = [np.zeros(0)] * count
+    left = np.arange(count)
+    for step in range(_WIDER):
+        radius = _LEAST_RADIUS * _FACTOR**step
+        found = crossings(local, [circles[row].scaled(_FACTOR**step) for row in left])
+        gap = radius * np.sin(_least_angles(found))
+        apart = gap >= _GAP
+        done = left[apart]
+        share = np.log(_GAP / before[done]) / np.log(np.maximum(gap[apart] / before[done], 1 + 1e-9))
+        radii[done], widest[done] = radius * _FACTOR ** (share.clip(0, 1) - 1 if step else 0.0), radius
+        for place in np.flatnonzero(apart):
+            rings[left[place]] = found[place]
+        before[left] = gap
+        left = left[~apart]
+        if not len(left):
+            break
+    return radii, rings, widest
+
+
+def _least_angles(rings: list[FloatArray]) -> FloatArray:
+    """The least angle (n,) between neighbours on each ring, at most a right one."""
+    number = np.array([len(angles) for angles in rings], np.int64)
+    least = np.full(len(rings), np.pi / 2)
+    for sheets in np.unique(number[number > 0]):
+        rows = np.flatnonzero(number == sheets)
+        angles = np.array([rings[row] for row in rows])
+        least[rows] = np.diff(angles, append=angles[:, :1] + 2 * np.pi).min(axis=1).clip(0, np.pi / 2)
+    return least
+
+
+def _alike(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[IntArray, Mask]:
+    """How many angles (n,) there are on each outer ring, and whether they are nearly the same on the inner one."""
     number, other = (np.array([len(angles) for angles in rings], np.int64) for rings in (outer, inner))
-    least, same = np.full(len(number), np.pi), number == other
+    same = number == other
     for sheets in np.unique(number[same & (number > 0)]):
         rows = np.flatnonzero(same & (number == sheets))
         out, near = (np.array([rings[row] for row in rows]) for rings in (outer, inner))
-        least[rows] = np.diff(out, append=out[:, :1] + 2 * np.pi).min(axis=1)
         turns = np.array([np.abs((np.roll(near, k, axis=1) - out + np.pi) % (2 * np.pi) - np.pi) for k in (-1, 0, 1)])
         same[rows] = turns.max(axis=2).min(axis=0) < _STRAIGHT
-    return number, least, same
+    return number, same
 
 
 def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
