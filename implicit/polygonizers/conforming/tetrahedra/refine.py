@@ -98,16 +98,17 @@ def mesh_region(
         new_here = fresh if turn == 0 and not before else fresh[known:]
         doubted = np.concatenate([new_here, seen.hit_among(places, old)])
         active = stay[met(signs, stay)] if turn == 0 else stay[:0]
-        wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
+        wrong, spacing, ways = _unseen(local, places, signs, active, doubted, seen)
         if not matters(wrong).any():
             wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen)
+            ways = np.zeros_like(wrong)
         near = matters(wrong)
-        wrong, spacing = wrong[near], spacing[near]
+        wrong, spacing, ways = wrong[near], spacing[near], ways[near]
         if not len(wrong):
             refined = True
             break
         spacing = waits.nearer(wrong, spacing)
-        moved = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
+        moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
         free = skeleton.free(moved, 0.999, 1.0)
         blocked.append(moved[~free])
         kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
@@ -151,11 +152,21 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
     return signs
 
 
+def _shake(ways: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Random vectors (n, 3) along ways (n, 3), or anywhere where a way is 0.
+
+    On its edge a vertex lies in the spheres of all tetrahedra there, and beside it perhaps in none, so long as the
+    edge is short beside their others.
+    """
+    anywhere = rng.normal(size=ways.shape)
+    return np.where(ways.any(axis=1, keepdims=True), anywhere[:, :1] * ways, anywhere)
+
+
 def _unseen(
     local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: Seen
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
-    spacing there.
+    spacing there, and the ways (n, 3) of the edges, 0 for fingers.
     """
     looked = np.concatenate([active, fresh])
     edges = pairs_of(looked)
@@ -177,7 +188,8 @@ def _unseen(
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
     corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
     seen.hit = distinct(places[corners.ravel()] @ WAY)
-    return np.concatenate([found, finger]), np.concatenate([spacing, length])
+    ways = np.concatenate([(b - a)[twice] / spacing[:, None], np.zeros_like(finger)])
+    return np.concatenate([found, finger]), np.concatenate([spacing, length]), ways
 
 
 def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
