@@ -27,8 +27,8 @@ _LEAST_RADIUS = 1.8
 """The radius of a zone, in cells: more than the diagonal of a cell, so that the sweep is not misled outside."""
 _GAP = 1.8
 """Sheets are so many cells apart outside the zone: then no cell meets two."""
-_FACTOR, _WIDER = 1.25, 7
-"""Radii of rings grow so, and so often: sheets that are not far enough apart on the last need tetrahedra."""
+_FACTORS = 1.25 ** np.arange(1, 7)
+"""Zones are made wider by such factors where sheets are too near; if that is not enough there are tetrahedra."""
 _WIDENING = 0.5
 """Radii change by so much per length at most."""
 _APART = 1.7
@@ -115,24 +115,24 @@ def _clear_of_cells(local: Local, circles: list[Circle]) -> tuple[FloatArray, li
     Between two rings the distance of two sheets is taken for a power of the radius, as it is of straight sheets and of
     cusps.
     """
-    count = len(circles)
-    radii, widest, before = np.full(count, np.inf), np.full(count, _LEAST_RADIUS), np.full(count, _GAP)
-    rings: list[FloatArray] = [np.zeros(0)] * count
-    left = np.arange(count)
-    for step in range(_WIDER):
-        radius = _LEAST_RADIUS * _FACTOR**step
-        found = crossings(local, [circles[row].scaled(_FACTOR**step) for row in left])
-        gap = radius * np.sin(_least_angles(found))
-        apart = gap >= _GAP
-        done = left[apart]
-        share = np.log(_GAP / before[done]) / np.log(np.maximum(gap[apart] / before[done], 1 + 1e-9))
-        radii[done], widest[done] = radius * _FACTOR ** (share.clip(0, 1) - 1 if step else 0.0), radius
-        for place in np.flatnonzero(apart):
-            rings[left[place]] = found[place]
-        before[left] = gap
-        left = left[~apart]
-        if not len(left):
-            break
+    rings = crossings(local, circles)
+    radii, widest = np.full(len(circles), _LEAST_RADIUS), np.full(len(circles), _LEAST_RADIUS)
+    sharp = np.flatnonzero(_LEAST_RADIUS * np.sin(_least_angles(rings)) < _GAP)
+    if not len(sharp):
+        return radii, rings, widest
+    reach = _LEAST_RADIUS * np.append(1.0, _FACTORS)
+    wider = crossings(local, [circles[row].scaled(factor) for row in sharp for factor in _FACTORS])
+    nearest = _least_angles([rings[row] for row in sharp])
+    angles = np.column_stack([nearest, _least_angles(wider).reshape(len(sharp), -1)])
+    gaps = np.maximum(reach * np.sin(angles), 1e-9)
+    wide = gaps[:, 1:] >= _GAP
+    step = wide.argmax(axis=1)
+    inner, outer = (gaps[np.arange(len(sharp)), column] for column in (step, step + 1))
+    share = np.log(_GAP / inner) / np.log(np.maximum(outer / inner, 1 + 1e-9))
+    between = reach[step] * (reach[step + 1] / reach[step]) ** share.clip(0, 1)
+    radii[sharp], widest[sharp] = np.where(wide.any(axis=1), between, np.inf), reach[step + 1]
+    for place, row in enumerate(sharp):
+        rings[row] = wider[place * len(_FACTORS) + step[place]]
     return radii, rings, widest
 
 
