@@ -136,7 +136,9 @@ def _halved(rim: ZoneRim, mesh: Mesh, curve: Flags, outer: IntArray) -> Mesh:
     for _ in range(_HALVINGS):
         ends = np.sort(fans[:, [0, 1, 0, 2]].reshape(-1, 2), axis=1)
         length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-        long = (length > _WIDE * rim.cell) & ~(curve[ends].all(axis=1) | among(ends @ [len(curve), 1], outer @ [len(curve), 1]))
+        long = (length > _WIDE * rim.cell) & ~(
+            curve[ends].all(axis=1) | among(ends @ [len(curve), 1], outer @ [len(curve), 1])
+        )
         if not long.any():
             break
         found, inverse = np.unique(ends[long], axis=0, return_inverse=True)

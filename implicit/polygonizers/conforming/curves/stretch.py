@@ -37,7 +37,7 @@ _CLEAR = 0.5
 """So many cells lie between a zone and a ball, and between an open end and the bounds."""
 _BEND = 0.35
 """Over the radius of the zone the curve turns by less."""
-_OVERLAP = 1.2
+_OVERLAP = 0.3
 """At an end that is not open, tetrahedra go on so many cells after the zone has its full radius."""
 _LEAST = 2.0
 """A stretch is worth it where it spares tetrahedra over so many cells."""
@@ -190,9 +190,10 @@ def _stretch(course: Stations, first: int, last: int, sheets: int, radii: FloatA
     s = course.lengths[first : last + 1]
     radii = _widened(s, radii[first : last + 1])
     start, end = bool(first == 0 and free[0]), bool(last == course.last and free[1])
-    low = 0 if start else int(np.argmax(s - s[0] > radii + _OVERLAP))
-    high = len(s) - 1 if end else len(s) - 1 - int(np.argmax((s[-1] - s > radii + _OVERLAP)[::-1]))
-    if (low == 0 and not start) or (high == len(s) - 1 and not end) or s[high] - s[low] < _LEAST:
+    beyond = radii + _OVERLAP if sheets else np.zeros(len(s))  # no sheets, nothing to be cut off
+    sparing = np.flatnonzero((start | (s - s[0] >= beyond)) & (end | (s[-1] - s >= beyond)))
+    low, high = (int(sparing[0]), int(sparing[-1])) if len(sparing) else (0, 0)
+    if s[high] - s[low] < _LEAST:
         return None
     pointed = np.minimum(np.inf if start else s - s[0], np.inf if end else s[-1] - s)
     return Stretch(course, first, last, sheets, np.minimum(radii, pointed), (start, end), (first + low, first + high))

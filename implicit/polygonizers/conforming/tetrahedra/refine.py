@@ -19,7 +19,7 @@ from implicit.polygonizers.conforming.tetrahedra.sheets import (
     in_tetrahedra,
     met,
 )
-from implicit.polygonizers.conforming.tetrahedra.skeleton import Skeleton, thin
+from implicit.polygonizers.conforming.tetrahedra.skeleton import SHALLOW, Skeleton, thin
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -112,7 +112,7 @@ def mesh_region(
             break
         spacing = waits.nearer(wrong, spacing)
         moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
-        free = skeleton.free(moved, 0.999, 1.0)
+        free = skeleton.free(moved, SHALLOW, 1.0)
         blocked.append(moved[~free])
         kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
         if not len(kept) and spacing.min() < _LEAST:

@@ -14,9 +14,9 @@ IntArray = NDArray[np.int64]
 
 _OFF_SPHERE = 1e-6
 """Vertices round a ball are moved by so much of its radius: many places on one sphere make Delaunay's work long."""
-_SHALLOW = 0.999
-"""A vertex that splits a short edge between two on a sphere stays in the ball, at this share of its radius or beyond: on
-the sphere it would be in none of the spheres of the tetrahedra there.
+SHALLOW = 0.999
+"""From this share of a ball's radius on, vertices stay where they are: one that splits a short edge between two on the
+sphere would, moved onto it, be in none of the spheres of the tetrahedra there.
 """
 
 
@@ -76,7 +76,7 @@ class Skeleton:
         for ball in self.balls:
             way = points - ball.center
             distance = np.linalg.norm(way, axis=1)
-            inside = distance < _SHALLOW * ball.radius
+            inside = distance < SHALLOW * ball.radius
             points[inside] = ball.center + way[inside] * (ball.radius / distance[inside])[:, None]
         return points
 
