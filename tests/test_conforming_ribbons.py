@@ -38,8 +38,10 @@ def _along(mesh: Mesh) -> tuple[Counter[int], Counter[int]]:
     return Counter(uses[on].tolist()), Counter(uses[np.invert(on)].tolist())
 
 
-@pytest.mark.parametrize("resolution", [32, 41])
-@pytest.mark.parametrize("name", ["two_spheres_crossing", "source_2_printed", "three_planes", "whitney"])
+@pytest.mark.parametrize("resolution", [41, 64])
+@pytest.mark.parametrize(
+    "name", ["two_spheres_crossing", "source_2_printed", "three_planes", "whitney", "cuspidal_edge"]
+)
 def test_ribbons_and_tetrahedra_agree(name: str, resolution: int, monkeypatch: pytest.MonkeyPatch) -> None:
     surface, ball = case_of(name)
     found: list[Any] = []

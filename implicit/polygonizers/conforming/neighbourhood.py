@@ -137,7 +137,7 @@ def mesh_neighbourhood(
     for turn in range(_RETRIES + 1):
         courses, zones, tubes = _surroundings(local, frame, limits, whole, rng)
         skeleton = build_skeleton(frame.balls, tubes, rng)
-        skeleton.add(seeds)
+        skeleton.add(seeds[zones.depth(seeds) <= 0])
         patch = mesh_region(local, skeleton, zones, rng) if len(skeleton.on) + len(skeleton.around) else None
         hopeless = bool(frame.doubtful) or not all(course.settled for course in courses)
         if not patch or not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless:

@@ -30,7 +30,7 @@ _FILLED = 3.0
 """Tetrahedra reach at least so many cells from singular points and curves."""
 _MOST_SEEDS = 300
 """If the sweep is too coarse in more places than these, nothing is tried."""
-_BEYOND = 3.2
+_BEYOND = 8.2
 """Singular curves are followed so many cells beyond the bounds."""
 
 

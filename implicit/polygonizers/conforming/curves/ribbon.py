@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from implicit.polygonizers.clip import cut_along
 from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, fault, find_rims, in_order
 from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim
-from implicit.polygonizers.conforming.local import Local, at_some, proper
+from implicit.polygonizers.conforming.local import Local, among, at_some, proper
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.inward import Mesh, split_fans, turned
 
@@ -28,6 +28,7 @@ _SLIVER = 0.01
 """Triangles smaller than so many squares of a cell may face anywhere."""
 _WIDE = 1.2
 """Triangles are halved that reach so many cells from the curve."""
+_HALVINGS = 3
 
 
 def lay_ribbons(local: Local, mesh: Mesh, hood: Neighbourhood, numbers: list[IntArray], fixed: Flags) -> Mesh:
@@ -68,7 +69,10 @@ def _lay(rim: ZoneRim, mesh: Mesh, curves: list[IntArray], fixed: Flags) -> Mesh
         for part in mine:
             strip = _zip(part, *_unrolled(stretch, curve, part))
             fans.append(strip[:, [0, 2, 1]] if part.turned else strip)
-    vertices, normals, ribbon = _halved(rim, (vertices, normals, np.concatenate(fans)))
+    on_curve = np.zeros(len(vertices), bool)
+    on_curve[np.concatenate(curves)] = True
+    outer = [np.zeros((0, 2), np.int64), *(np.column_stack([part.names[:-1], part.names[1:]]) for part in rims)]
+    vertices, normals, ribbon = _halved(rim, (vertices, normals, np.concatenate(fans)), on_curve, np.concatenate(outer))
     fixed = np.append(fixed, np.zeros(len(vertices) - len(fixed), bool))
     on_rim = np.zeros(len(vertices), bool)
     on_rim[np.concatenate([np.zeros(0, np.int64), *(part.names for part in rims)])] = True
@@ -120,15 +124,31 @@ def _zip(rim: Rim, names: IntArray, lengths: FloatArray) -> IntArray:
     return proper(strip)
 
 
-def _halved(rim: ZoneRim, mesh: Mesh) -> Mesh:
-    """Ribbons, all triangles with their apex first, with long sides towards apexes halved."""
+def _halved(rim: ZoneRim, mesh: Mesh, curve: Flags, outer: IntArray) -> Mesh:
+    """Ribbons, all triangles with their apex first, with long spokes halved until they are short.
+
+    Spokes lead from the curve, which has the vertices `curve` (v,), to the rims, whose edges (n, 2) are `outer`.
+    """
     vertices, normals, fans = mesh
-    spokes = np.sort(fans[:, [0, 1, 0, 2]].reshape(-1, 2), axis=1)
-    length = np.linalg.norm(vertices[spokes[:, 0]] - vertices[spokes[:, 1]], axis=1)
-    long = length > _WIDE * rim.cell
-    found, inverse = np.unique(spokes[long], axis=0, return_inverse=True)
-    places, directions = rim.onto(vertices[found].mean(axis=1))
-    halves = fans[:, 1:].ravel()
-    halves[long] = len(vertices) + inverse.ravel()
-    parts = proper(split_fans(fans, halves.reshape(-1, 2)).reshape(-1, 3))
-    return np.concatenate([vertices, places]), np.concatenate([normals, directions]), parts
+    done = []
+    outer = np.sort(outer, axis=1)
+    outer = outer[np.lexsort(outer.T[::-1])]
+    for _ in range(_HALVINGS):
+        ends = np.sort(fans[:, [0, 1, 0, 2]].reshape(-1, 2), axis=1)
+        length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
+        long = (length > _WIDE * rim.cell) & ~(
+            curve[ends].all(axis=1) | among(ends @ [len(curve), 1], outer @ [len(curve), 1])
+        )
+        if not long.any():
+            break
+        found, inverse = np.unique(ends[long], axis=0, return_inverse=True)
+        places, directions = rim.onto(vertices[found].mean(axis=1))
+        halves = fans[:, 1:].ravel()
+        halves[long] = len(vertices) + inverse.ravel()
+        vertices, normals = np.concatenate([vertices, places]), np.concatenate([normals, directions])
+        on = curve[fans[:, 0]]
+        curve = np.append(curve, np.zeros(len(places), bool))
+        tip, left, right = np.moveaxis(split_fans(fans, halves.reshape(-1, 2)), 1, 0)
+        done += [left[on], right[on], tip[~on]]
+        fans = proper(np.concatenate([tip[on], left[~on], np.roll(right[~on], -1, axis=1)]))
+    return vertices, normals, proper(np.concatenate([*done, fans]))

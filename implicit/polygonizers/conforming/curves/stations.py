@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from implicit.polygonizers.conforming.curves.arc import Arc
 from implicit.polygonizers.conforming.curves.ring import Circle, stable
@@ -122,9 +123,9 @@ def _sizes(
 ) -> FloatArray:  # fmt: skip
     """The size (n,) of the rings at points q (n, 3) with lengths s (n,), from what is near."""
     h = np.full(len(s), _WIDEST)
-    for other, arc in enumerate(arcs):
-        if other != number:
-            h = np.minimum(h, 0.45 * cKDTree(arc.nodes).query(q, distance_upper_bound=_WIDEST / 0.45)[0])
+    others = [arc.nodes for other, arc in enumerate(arcs) if other != number]
+    if others:
+        h = np.minimum(h, 0.45 * cKDTree(np.concatenate(others)).query(q, distance_upper_bound=_WIDEST / 0.45)[0])
     h = np.minimum(h, 0.45 * gaps(q, s, arcs[number].closed))
     for row, ball in enumerate(balls):
         if row not in [place[0] for place in (start, end) if place]:
@@ -142,7 +143,7 @@ def _sizes(
 def gaps(q: FloatArray, s: FloatArray, closed: bool) -> FloatArray:
     """How far (n,) other parts of a curve are from its points q (n, 3) with lengths s (n,), about."""
     rows = np.arange(0, len(q), max(1, len(q) // 300))
-    apart = np.linalg.norm(q[rows, None] - q[rows], axis=2)
+    apart = cdist(q[rows], q[rows])
     along = np.abs(s[rows, None] - s[rows])
     if closed:
         along = np.minimum(along, s[-1] - along)
@@ -152,12 +153,8 @@ def gaps(q: FloatArray, s: FloatArray, closed: bool) -> FloatArray:
 
 def _smooth(h: FloatArray, s: FloatArray) -> FloatArray:
     """The largest sizes below h that change by at most 0.4 per length."""
-    h = h.copy()
-    for k in range(1, len(h)):
-        h[k] = min(h[k], h[k - 1] + _SLOPE * (s[k] - s[k - 1]))
-    for k in range(len(h) - 2, -1, -1):
-        h[k] = min(h[k], h[k + 1] + _SLOPE * (s[k + 1] - s[k]))
-    return h
+    h = np.minimum.accumulate(h - _SLOPE * s) + _SLOPE * s
+    return np.asarray(np.minimum.accumulate((h + _SLOPE * s)[::-1])[::-1] - _SLOPE * s)
 
 
 def _stable_sizes(

@@ -19,16 +19,16 @@ Mask = NDArray[np.bool_]
 
 _INNER = 1 / 9
 """Nearer to the curve, at this share of the radius, sheets lie at the same angles."""
-_STRAIGHT = 0.15
-"""Angles that differ by less are the same."""
+_STRAIGHT = 0.25
+"""Angles that differ by less are nearly the same."""
 _SCALES = (1 / 3, 1 / 64)
 """Rings with these shares of the radius are crossed as often as the whole."""
 _LEAST_RADIUS = 1.8
 """The radius of a zone, in cells: more than the diagonal of a cell, so that the sweep is not misled outside."""
 _GAP = 1.8
 """Sheets are so many cells apart outside the zone: then no cell meets two."""
-_ANGLE = 0.5
-"""Sheets at smaller angles need tetrahedra."""
+_FACTORS = 1.25 ** np.arange(1, 7)
+"""Zones are made wider by such factors where sheets are too near; if that is not enough there are tetrahedra."""
 _WIDENING = 0.5
 """Radii change by so much per length at most."""
 _APART = 1.7
@@ -37,7 +37,7 @@ _CLEAR = 0.5
 """So many cells lie between a zone and a ball, and between an open end and the bounds."""
 _BEND = 0.35
 """Over the radius of the zone the curve turns by less."""
-_OVERLAP = 1.2
+_OVERLAP = 0.3
 """At an end that is not open, tetrahedra go on so many cells after the zone has its full radius."""
 _LEAST = 2.0
 """A stretch is worth it where it spares tetrahedra over so many cells."""
@@ -94,30 +94,69 @@ def _sheets(local: Local, courses: list[Stations]) -> tuple[IntArray, FloatArray
     places = np.concatenate([course.places for course in courses])
     axes = frame(unit_rows(np.concatenate([_ways(course) for course in courses])))
     circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
-    count = len(circles)
-    found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
-    number, angle, straight = _apart(found[:count], found[count:])
-    radii = np.maximum(_LEAST_RADIUS, _GAP / np.sin(angle.clip(_ANGLE, np.pi / 2)))
-    scales = [[radius / _LEAST_RADIUS, *_SCALES] for radius in radii]
-    rings = [circle.scaled(scale) for circle, row in zip(circles, scales, strict=True) for scale in row]
-    crossed, seen = (part.reshape(count, 1 + len(_SCALES)) for part in counts(local, rings))
-    same = ((crossed == number[:, None]) | ~seen).all(axis=1)
-    return np.where(same & straight & (angle > _ANGLE), number, -1), radii
+    radii, rings, widest = _clear_of_cells(local, circles)
+    sheets = np.full(len(circles), -1)
+    rows = np.flatnonzero(radii < np.inf)
+    chosen = [circles[row].scaled(widest[row] / _LEAST_RADIUS) for row in rows]
+    inner = crossings(local, [circle.scaled(_INNER) for circle in chosen])
+    number, same = _alike([rings[row] for row in rows], inner)
+    scales = radii[rows, None] / widest[rows, None] * np.array([1, *_SCALES])
+    smaller = [circle.scaled(scale) for circle, row in zip(chosen, scales, strict=True) for scale in row]
+    crossed, seen = (part.reshape(scales.shape) for part in counts(local, smaller))
+    same &= ((crossed == number[:, None]) | ~seen).all(axis=1)
+    sheets[rows] = np.where(same, number, -1)
+    return sheets, radii
 
 
-def _apart(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[IntArray, FloatArray, Mask]:
-    """How many angles (n,) there are on each outer ring, the least between two, and whether they are the same on the
-    inner one.
+def _clear_of_cells(local: Local, circles: list[Circle]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+    """The least radii (n,) at which sheets are so far apart that no cell meets two, infinite where a zone would be too
+    wide; angles of the sheets on rings of at least that radius, and the radii of these rings.
+
+    Between two rings the distance of two sheets is taken for a power of the radius, as it is of straight sheets and of
+    cusps.
     """
+    rings = crossings(local, circles)
+    radii, widest = np.full(len(circles), _LEAST_RADIUS), np.full(len(circles), _LEAST_RADIUS)
+    sharp = np.flatnonzero(_LEAST_RADIUS * np.sin(_least_angles(rings)) < _GAP)
+    if not len(sharp):
+        return radii, rings, widest
+    reach = _LEAST_RADIUS * np.append(1.0, _FACTORS)
+    wider = crossings(local, [circles[row].scaled(factor) for row in sharp for factor in _FACTORS])
+    nearest = _least_angles([rings[row] for row in sharp])
+    angles = np.column_stack([nearest, _least_angles(wider).reshape(len(sharp), -1)])
+    gaps = np.maximum(reach * np.sin(angles), 1e-9)
+    wide = gaps[:, 1:] >= _GAP
+    step = wide.argmax(axis=1)
+    inner, outer = (gaps[np.arange(len(sharp)), column] for column in (step, step + 1))
+    share = np.log(_GAP / inner) / np.log(np.maximum(outer / inner, 1 + 1e-9))
+    between = reach[step] * (reach[step + 1] / reach[step]) ** share.clip(0, 1)
+    radii[sharp], widest[sharp] = np.where(wide.any(axis=1), between, np.inf), reach[step + 1]
+    for place, row in enumerate(sharp):
+        rings[row] = wider[place * len(_FACTORS) + step[place]]
+    return radii, rings, widest
+
+
+def _least_angles(rings: list[FloatArray]) -> FloatArray:
+    """The least angle (n,) between neighbours on each ring, at most a right one."""
+    number = np.array([len(angles) for angles in rings], np.int64)
+    least = np.full(len(rings), np.pi / 2)
+    for sheets in np.unique(number[number > 0]):
+        rows = np.flatnonzero(number == sheets)
+        angles = np.array([rings[row] for row in rows])
+        least[rows] = np.diff(angles, append=angles[:, :1] + 2 * np.pi).min(axis=1).clip(0, np.pi / 2)
+    return least
+
+
+def _alike(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[IntArray, Mask]:
+    """How many angles (n,) there are on each outer ring, and whether they are nearly the same on the inner one."""
     number, other = (np.array([len(angles) for angles in rings], np.int64) for rings in (outer, inner))
-    least, same = np.full(len(number), np.pi), number == other
+    same = number == other
     for sheets in np.unique(number[same & (number > 0)]):
         rows = np.flatnonzero(same & (number == sheets))
         out, near = (np.array([rings[row] for row in rows]) for rings in (outer, inner))
-        least[rows] = np.diff(out, append=out[:, :1] + 2 * np.pi).min(axis=1)
         turns = np.array([np.abs((np.roll(near, k, axis=1) - out + np.pi) % (2 * np.pi) - np.pi) for k in (-1, 0, 1)])
         same[rows] = turns.max(axis=2).min(axis=0) < _STRAIGHT
-    return number, least, same
+    return number, same
 
 
 def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
@@ -151,9 +190,10 @@ def _stretch(course: Stations, first: int, last: int, sheets: int, radii: FloatA
     s = course.lengths[first : last + 1]
     radii = _widened(s, radii[first : last + 1])
     start, end = bool(first == 0 and free[0]), bool(last == course.last and free[1])
-    low = 0 if start else int(np.argmax(s - s[0] > radii + _OVERLAP))
-    high = len(s) - 1 if end else len(s) - 1 - int(np.argmax((s[-1] - s > radii + _OVERLAP)[::-1]))
-    if (low == 0 and not start) or (high == len(s) - 1 and not end) or s[high] - s[low] < _LEAST:
+    beyond = radii + _OVERLAP if sheets else np.zeros(len(s))  # no sheets, nothing to be cut off
+    sparing = np.flatnonzero((start | (s - s[0] >= beyond)) & (end | (s[-1] - s >= beyond)))
+    low, high = (int(sparing[0]), int(sparing[-1])) if len(sparing) else (0, 0)
+    if s[high] - s[low] < _LEAST:
         return None
     pointed = np.minimum(np.inf if start else s - s[0], np.inf if end else s[-1] - s)
     return Stretch(course, first, last, sheets, np.minimum(radii, pointed), (start, end), (first + low, first + high))

@@ -7,8 +7,10 @@ fill the hole exactly, which their volume confirms.
 
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -25,8 +27,8 @@ _NEAR = 0.22
 _SLACK = 1e-7
 _SIMPLEST = 5
 """Fewer vertices have no Delaunay tetrahedra, for the library that finds them."""
-_FEW = 20
-"""For so few vertices a tree of them does not pay."""
+_WAY = np.array([0.8, 0.48, 0.36])
+"""A unit vector along which vertices near different points and curves are mostly apart."""
 
 
 def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArray[np.bool_]:
@@ -174,15 +176,28 @@ def _touched(
     gone = np.zeros(len(places), bool)
     gone[: len(dead)] = dead & ~last.dead
     old, changed = at_some(gone, last.stay), at_some(gone, last.fresh)
-    tree = cKDTree(new)
-    center, radius = circumspheres(places[last.stay[close]])
-    old[close] |= tree.query(center)[0] < radius * (1 - 1e-9)
-    if len(new) > _FEW:
-        return old, changed | (tree.query(last.center)[0] < last.radius * (1 - 1e-9))
-    for vertex in new:
-        offset = last.center - vertex
-        changed |= np.einsum("ij,ij->i", offset, offset) < (last.radius * (1 - 1e-9)) ** 2
-    return old, changed
+    old[close] |= _holding(*circumspheres(places[last.stay[close]]), new)
+    return old, changed | _holding(last.center, last.radius, new)
+
+
+def _holding(center: FloatArray, radius: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
+    """Which spheres (n,) hold one of the points (k, 3)."""
+    along = points @ _WAY
+    order = np.argsort(along)
+    return np.asarray(_mark_holding(center, radius * (1 - 1e-9), points[order], along[order], center @ _WAY))
+
+
+@njit(cache=True, nogil=True)
+def _mark_holding(center: Any, radius: Any, points: Any, along: Any, middle: Any) -> Any:
+    found = np.zeros(len(center), np.bool_)
+    for row in range(len(center)):
+        reach = radius[row]
+        k = np.searchsorted(along, middle[row] - reach)
+        while k < len(points) and along[k] < middle[row] + reach and not found[row]:
+            x, y, z = points[k, 0] - center[row, 0], points[k, 1] - center[row, 1], points[k, 2] - center[row, 2]
+            found[row] = x * x + y * y + z * z < reach * reach
+            k += 1
+    return found
 
 
 def _components(simplices: IntArray, size: int) -> IntArray:

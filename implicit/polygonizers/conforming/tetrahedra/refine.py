@@ -1,5 +1,6 @@
 """Tetrahedra near the singular set, refined until they see the surface, and the triangles in them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +19,12 @@ from implicit.polygonizers.conforming.tetrahedra.sheets import (
     in_tetrahedra,
     met,
 )
-from implicit.polygonizers.conforming.tetrahedra.skeleton import Skeleton, thin
+from implicit.polygonizers.conforming.tetrahedra.skeleton import SHALLOW, Skeleton, thin
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Where = Callable[[FloatArray], NDArray[np.bool_]]
+"""Which places (n, 3) are meant."""
 
 _ROUNDS = 60
 _REACH = 1
@@ -72,6 +75,8 @@ def mesh_region(
     size = local.grid.cells
 
     def matters(places: FloatArray) -> NDArray[np.bool_]:
+        if not len(places):
+            return np.zeros(0, bool)
         return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
 
     doubtful, blocked = [], []
@@ -98,17 +103,16 @@ def mesh_region(
         new_here = fresh if turn == 0 and not before else fresh[known:]
         doubted = np.concatenate([new_here, seen.hit_among(places, old)])
         active = stay[met(signs, stay)] if turn == 0 else stay[:0]
-        wrong, spacing = _unseen(local, places, signs, active, doubted, seen)
-        if not matters(wrong).any():
-            wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen)
-        near = matters(wrong)
-        wrong, spacing = wrong[near], spacing[near]
+        wrong, spacing, ways = _unseen(local, places, signs, active, doubted, seen, matters)
+        if not len(wrong):
+            wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen, matters)
+            ways = np.zeros_like(wrong)
         if not len(wrong):
             refined = True
             break
         spacing = waits.nearer(wrong, spacing)
-        moved = skeleton.onto_spheres(wrong + rng.normal(size=wrong.shape) * 0.02 * spacing[:, None])
-        free = skeleton.free(moved, 0.999, 1.0)
+        moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
+        free = skeleton.free(moved, SHALLOW, 1.0)
         blocked.append(moved[~free])
         kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
         if not len(kept) and spacing.min() < _LEAST:
@@ -151,11 +155,21 @@ def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray)
     return signs
 
 
+def _shake(ways: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Random vectors (n, 3) along ways (n, 3), or anywhere where a way is 0.
+
+    On its edge a vertex lies in the spheres of all tetrahedra there, and beside it perhaps in none, so long as the
+    edge is short beside their others.
+    """
+    anywhere = rng.normal(size=ways.shape)
+    return np.where(ways.any(axis=1, keepdims=True), anywhere[:, :1] * ways, anywhere)
+
+
 def _unseen(
-    local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: Seen
-) -> tuple[FloatArray, FloatArray]:
-    """Places where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the other; the
-    spacing there.
+    local: Local, places: FloatArray, signs: IntArray, active: IntArray, fresh: IntArray, seen: Seen, matters: Where
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places that matter where an edge hides crossings, or one of the fresh tetrahedra, of one sign, a finger of the
+    other; the spacing there, and the ways (n, 3) of the edges, 0 for fingers.
     """
     looked = np.concatenate([active, fresh])
     edges = pairs_of(looked)
@@ -165,19 +179,24 @@ def _unseen(
     left = ~among(keys, seen.edges)
     edges, a, b = edges[left], a[left], b[left]
     crossed = changes(local, a, b)
+    beyond = a + crossed.beyond[:, None] * (b - a)
     twice = crossed.counts > 1
+    twice[twice] = matters(beyond[twice])
     seen.edges = merged(seen.edges, keys[left][~twice])
-    found = a[twice] + crossed.beyond[twice, None] * (b - a)[twice]
+    found = beyond[twice]
     spacing = np.linalg.norm((b - a)[twice], axis=1)
     same = fresh[at_all(signs < 0, fresh) | at_all(signs > 0, fresh)]
     samples = np.einsum("kb,tbc->tkc", _INSIDE, places[same])
     other = local.signs(samples) != signs[same[:, :1]]
-    hit = other.any(axis=1)
-    finger = samples[hit][np.arange(hit.sum()), other[hit].argmax(axis=1)]
+    hit = np.flatnonzero(other.any(axis=1))
+    finger = samples[hit, other[hit].argmax(axis=1)]
+    near = matters(finger)
+    hit, finger = hit[near], finger[near]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
     corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
     seen.hit = distinct(places[corners.ravel()] @ WAY)
-    return np.concatenate([found, finger]), np.concatenate([spacing, length])
+    ways = np.concatenate([(b - a)[twice] / spacing[:, None], np.zeros_like(finger)])
+    return np.concatenate([found, finger]), np.concatenate([spacing, length]), ways
 
 
 def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
@@ -191,10 +210,10 @@ def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
 
 
 def _turning(
-    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, seen: Seen
+    local: Local, places: FloatArray, signs: IntArray, tetrahedra: IntArray, seen: Seen, matters: Where
 ) -> tuple[FloatArray, FloatArray]:
-    """Middles and sizes of the triangles off the singular set over which the gradient turns too far, or that face away
-    from it at all corners.
+    """Middles that matter, and sizes, of the triangles off the singular set over which the gradient turns too far, or
+    that face away from it at all corners.
     """
     tets = tetrahedra[met(signs, tetrahedra)]
     keys = names_of(places, tets)
@@ -213,10 +232,13 @@ def _turning(
     area = np.linalg.norm(across, axis=1)
     away = np.einsum("ik,ijk->ij", across, n).max(axis=1) < -_AWAY * area
     bad = ((dots < _TURN) | (away & (area > _FLAT * size**2))) & (size > 1e-3)
+    middles = corners[bad].mean(axis=1)
+    near = matters(middles)
+    bad[bad] = near
     wrong = np.zeros(len(places), bool)
     wrong[named[bad]] = True
     seen.right = merged(seen.right, keys[~at_all(wrong, tets)])
-    return corners[bad].mean(axis=1), size[bad]
+    return middles[near], size[bad]
 
 
 def _uniquenames_of(named: IntArray) -> tuple[IntArray, IntArray]:

@@ -25,6 +25,11 @@ _PATTERNS = {
 _PYRAMID = ((1, 2, 3, 4), (2, 1, 0), (3, 2, 0), (4, 3, 0), (1, 4, 0))
 """The faces of a pyramid with apex 0, counter-clockwise seen from outside."""
 
+_FOUND = 1e-10
+"""The next of Newton's steps would be the square of this one, as a share of the edge."""
+_ROUNDED = 1e-12
+"""Steps that are shorter, and not half as long as the one before, show the rounding of f alone."""
+
 
 def met(signs: IntArray, tetrahedra: IntArray) -> NDArray[np.bool_]:
     """Which tetrahedra have a vertex inside and one outside."""
@@ -112,9 +117,10 @@ def find_roots(local: Local, a: FloatArray, b: FloatArray) -> FloatArray:
         target = t[rows] - step
         poor = ~np.isfinite(step) | (target <= low[rows]) | (target >= high[rows]) | (np.abs(step) > 0.5 * last[rows])
         width = high[rows] - low[rows]
-        done = (width < 2e-16) | (value == 0) | (~poor & (np.abs(step) < 1e-15))
+        lost = (last[rows] < _ROUNDED) & (np.abs(step) >= 0.5 * last[rows])
+        done = (width < 2e-16) | (value == 0) | lost | (~poor & (np.abs(step) < _FOUND))
         last[rows] = np.where(poor, width, np.abs(step))
         middle = 0.5 * (low[rows] + high[rows])
-        t[rows] = np.where(value == 0, t[rows], np.where(poor, middle, target))
+        t[rows] = np.where((value == 0) | lost, t[rows], np.where(poor, middle, target))
         rows = rows[~done]
     return np.asarray(a + t[:, None] * way)

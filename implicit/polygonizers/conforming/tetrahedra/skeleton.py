@@ -14,6 +14,10 @@ IntArray = NDArray[np.int64]
 
 _OFF_SPHERE = 1e-6
 """Vertices round a ball are moved by so much of its radius: many places on one sphere make Delaunay's work long."""
+SHALLOW = 0.999
+"""From this share of a ball's radius on, vertices stay where they are: one that splits a short edge between two on the
+sphere would, moved onto it, be in none of the spheres of the tetrahedra there.
+"""
 
 
 @dataclass(eq=False)
@@ -68,11 +72,11 @@ class Skeleton:
         self.around = np.concatenate([self.around, points[thin(points, np.full(len(points), 0.5), fixed, 0.6)]])
 
     def onto_spheres(self, points: FloatArray) -> FloatArray:
-        """The points, those in a ball pushed out to its sphere."""
+        """The points, those deep in a ball pushed out to its sphere."""
         for ball in self.balls:
             way = points - ball.center
             distance = np.linalg.norm(way, axis=1)
-            inside = distance < ball.radius
+            inside = distance < SHALLOW * ball.radius
             points[inside] = ball.center + way[inside] * (ball.radius / distance[inside])[:, None]
         return points
 
