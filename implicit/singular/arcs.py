@@ -133,6 +133,10 @@ class Arc:
         """The exact point for a parameter, as floats."""
         return _sample(self.part, self.start, self.end, s).get(self.index)
 
+    def ends_at(self, point: Floats) -> bool:
+        """Whether a point that is an end of the arc is its last one."""
+        return bool(np.linalg.norm(self.points[-1] - point) < np.linalg.norm(self.points[0] - point))
+
 
 def abscissa(start: fmpq, end: fmpq, s: float) -> fmpq:
     """X at parameter s: denser near the ends, where arcs may turn vertical like square roots."""

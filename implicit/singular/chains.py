@@ -24,12 +24,26 @@ class Chain:
     sources: list[tuple[Arc, float]] = field(default_factory=list)
     special: set[int] = field(default_factory=set)
 
-    def insert(self, points: Sequence[tuple[int, Floats]]) -> None:
-        """Put points behind the vertices with these numbers."""
+    def insert(self, points: Sequence[tuple[int, Floats]], tolerance: float) -> None:
+        """Put points behind the vertices with these numbers, or in place of one that is as good as there."""
         for n, point in sorted(points, key=lambda item: -item[0]):
-            if np.array_equal(point, self.polyline[n]):
-                continue
-            self.polyline = np.insert(self.polyline, n + 1, point, axis=0)
+            gaps = np.abs(self.polyline[n : n + 2] - point).max(axis=1)
+            if gaps.min() < tolerance:
+                self.polyline[n + int(gaps.argmin())] = point
+            else:
+                self.polyline = np.insert(self.polyline, n + 1, point, axis=0)
+
+    def at(self, place: float) -> Floats:
+        """The exact point at a place along the chain: 2.5 is in the middle between vertices 2 and 3."""
+        n = min(int(place), len(self.sources) - 2)
+        share = place - n
+        if share in (0.0, 1.0):
+            return self.polyline[n + int(share)]
+        (a, s), (b, u) = self.sources[n], self.sources[n + 1]
+        if a is not b:
+            s, a = (1.0 if b.ends_at(self.polyline[n]) else 0.0), b
+        point = a.at(s + share * (u - s))
+        return self.polyline[n] + share * (self.polyline[n + 1] - self.polyline[n]) if point is None else point
 
 
 def join(arcs: Sequence[Arc], tolerance: float) -> tuple[list[Chain], Floats]:

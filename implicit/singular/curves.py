@@ -19,6 +19,7 @@ from implicit.singular.leaves import Values, count_leaves, leaf_changes, turning
 from implicit.singular.projection import project
 from implicit.singular.region import Deadline
 from implicit.singular.rest import real_points, solve
+from implicit.singular.transversal import kind_changes
 from implicit.singular.twist import Twist, untwist
 
 Floats = NDArray[np.float64]
@@ -96,10 +97,12 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     special = [*crossings]
     for chain in chains:
         turning = [(n, p) for n, p in turning_points(chain, values, box) if _apart(p, special, _JOIN * size)]
+        changes = kind_changes(chain, values, box)
+        turning += [(n, p) for n, p in changes if _apart(p, [*special, *(q for _, q in turning)], 1e-5 * size)]
         marks = [n for n, p in enumerate(chain.polyline) if not _apart(p, special, _JOIN * size)]
         changes = leaf_changes(chain, [*marks, *(n for n, _ in turning)], form, box)
         turning += [(n, p) for n, p in changes if _apart(p, [*special, *(q for _, q in turning)], 1e-5 * size)]
-        chain.insert(turning)
+        chain.insert(turning, 1e-9 * size)
         special.extend(p for _, p in turning)
     curves = []
     for chain in chains:

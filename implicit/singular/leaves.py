@@ -7,7 +7,6 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from implicit.singular.arcs import Arc
 from implicit.singular.chains import Chain
 from implicit.singular.form import Form, Monomial
 
@@ -15,6 +14,7 @@ Floats = NDArray[np.float64]
 
 _SAMPLES = 6  # places between special points where leaves are counted
 _APART = 0.02  # of the size of the bounds: how far these are from special points
+_PLACES, _TWICE = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), (1, 1, 1, 2, 2, 2)
 _ANGLES = np.linspace(0, 2 * np.pi, 1441)[:-1]
 
 
@@ -25,7 +25,7 @@ class Values:
     """
 
     def __init__(self, form: Form) -> None:
-        seconds = [form.hessian[a][b].coefficients() for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        seconds = [form.hessian[a][b].coefficients() for a, b in _PLACES]
         largest = max((abs(c) for terms in seconds for c in terms.values()), default=arb(0))
         mantissa, exponent = largest.mid().man_exp()
         scale = arb(2) ** -(int(exponent) + int(mantissa).bit_length())
@@ -43,6 +43,30 @@ class Values:
         error = 1e-14 * sum(_evaluate((e, np.abs(c)), np.abs(points)) for e, c in self.seconds)
         return minors, 100 * error * (size + error)
 
+    def stretch(self, points: Floats) -> tuple[Floats, Floats]:
+        """The sum of the squares of the second derivatives at points (n, 3), and the size of errors in it."""
+        square = sum(weight * _evaluate(t, points) ** 2 for t, weight in zip(self.seconds, _TWICE, strict=True))
+        error = 1e-12 * sum(_evaluate((e, np.abs(c)), np.abs(points)) for e, c in self.seconds)
+        return np.asarray(square), np.asarray(error**2)
+
+    def cubic(self, points: Floats, tangents: Floats) -> tuple[Floats, Floats]:
+        """The third derivative along k, and the size of errors in it: where the Hessian has rank 1, k is its null
+        vector across the tangents (n, 3) of a curve.
+        """
+        xx, yy, zz, xy, xz, yz = (_evaluate(t, points) for t in self.seconds)
+        hessian = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
+        steep = np.linalg.eigh(hessian)
+        first = np.take_along_axis(steep[1], np.abs(steep[0]).argmax(axis=1)[:, None, None], axis=2)[..., 0]
+        k = np.cross(first, tangents)
+        k /= np.maximum(np.linalg.norm(k, axis=1, keepdims=True), 1e-300)
+        total, size = np.zeros(len(points)), np.zeros(len(points))
+        for table, weight, (a, b) in zip(self.seconds, _TWICE, _PLACES, strict=True):
+            for axis in range(3):
+                slope = _derivative(table, axis)
+                total += weight * _evaluate(slope, points) * k[:, a] * k[:, b] * k[:, axis]
+                size += _evaluate((slope[0], np.abs(slope[1])), np.abs(points))
+        return total, 1e-12 * size
+
     def noisy_bend(self, points: Floats, size: float) -> tuple[Floats, Floats]:
         """The same, and errors that include those of the points themselves."""
         minors, noise = self.bend(points)
@@ -54,6 +78,12 @@ class Values:
 def _table(terms: dict[Monomial, arb], scale: arb) -> tuple[NDArray[np.int64], Floats]:
     values = np.array([float((c * scale).mid()) for c in terms.values()])
     return np.array(list(terms), dtype=np.int64).reshape(-1, 3), values
+
+
+def _derivative(table: tuple[NDArray[np.int64], Floats], axis: int) -> tuple[NDArray[np.int64], Floats]:
+    exponents, coefficients = table
+    kept = exponents[:, axis] > 0
+    return exponents[kept] - np.eye(3, dtype=np.int64)[axis], coefficients[kept] * exponents[kept, axis]
 
 
 def _evaluate(table: tuple[NDArray[np.int64], Floats], points: Floats) -> Floats:
@@ -94,7 +124,7 @@ def _bisect(chain: Chain, n: int, before: Callable[[Floats], bool]) -> Floats | 
     """The point on the exact curve behind vertex n where a condition that holds at n ends."""
     (a, s), (b, u) = chain.sources[n], chain.sources[n + 1]
     if a is not b:
-        s, a = (1.0 if _end_is(b, chain.polyline[n]) else 0.0), b
+        s, a = (1.0 if b.ends_at(chain.polyline[n]) else 0.0), b
     low, high = s, u
     point: Floats | None = None
     for _ in range(60):
@@ -137,10 +167,6 @@ def leaf_changes(chain: Chain, marks: Sequence[int], form: Form, box: Floats) ->
 
 def _same(form: Form, point: Floats, direction: Floats, leaves: int, size: float) -> bool:
     return leaves_at(form, point, direction, 1e-6 * size) == leaves
-
-
-def _end_is(arc: Arc, point: Floats) -> bool:
-    return bool(np.linalg.norm(arc.points[-1] - point) < np.linalg.norm(arc.points[0] - point))
 
 
 def leaves_at(form: Form, point: Floats, direction: Floats, radius: float) -> int:

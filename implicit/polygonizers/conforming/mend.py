@@ -11,6 +11,8 @@ a side nor the other diagonal of two triangles changes the topology.
 #    \ /         \|/         \|/
 #     s           s           s
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,9 +72,10 @@ def _halve(local: Local, mesh: Mesh, fixed: Flags, failed: IntArray) -> tuple[Me
     parts = np.array([np.column_stack(corners) for corners in ((p, m, r), (q, m, s), (m, q, r), (m, p, s))])
     more = np.concatenate([vertices, places]), np.concatenate([normals, upright])
     loose = np.append(fixed, np.zeros(len(quads), bool))
-    before = np.min([_facing(*more, loose, faces[rows]) for rows in pairs.T], axis=0)
-    after = np.min([_facing(*more, loose, part) for part in parts], axis=0)
-    good &= after >= np.minimum(before, _ALLOWED)
+    old = [faces[rows] for rows in pairs.T]
+    for measure in (partial(_facing, *more, loose), partial(_least_bend, more[1], loose)):
+        before, after = (np.min([measure(part) for part in some], axis=0) for some in (old, parts))
+        good &= after >= np.minimum(before, _ALLOWED)
     number = np.append(np.arange(size), np.where(good, size + np.cumsum(good) - 1, -1))
     first, second, third, fourth = number[parts[:, good]]
     faces = np.concatenate([faces, third, fourth])
@@ -125,7 +128,7 @@ def _turn(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArr
     quads, beyond = _across(part, lengths.argmax(axis=1), len(vertices))
     p, q, r, s = quads.T
     known = np.sort(_keys(part, np.roll(part, -1, axis=1)), axis=None)
-    held = fixed[p] | fixed[q] | (fixed[r] & fixed[s])
+    held = fixed[p] | fixed[q] | (fixed[r] & fixed[s]) | (_bends(normals, fixed, np.column_stack([r, s])) < _BEND)[:, 0]
     free = bad[rows] & whole[r] & (beyond >= 0) & ~held & ~among(_keys(r, s), known)
     before = np.minimum(facing[rows], facing[rows[beyond]])
     new = np.column_stack([p, s, r]), np.column_stack([s, q, r])
@@ -138,11 +141,14 @@ def _turn(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArr
 
 
 def _bends(normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
-    """The cosines (n, 3) between the normals at the ends of the side that begins at each corner; 1 at fixed ends."""
-    a, b, c = (normals[faces[:, k]] for k in range(3))
-    cosines = np.stack([(start * end).sum(axis=1) for start, end in ((a, b), (b, c), (c, a))], axis=1)
-    held = fixed[faces]
-    return np.asarray(np.where(held | np.roll(held, -1, axis=1), 1.0, cosines))
+    """The cosines (n, k) between the normals at the ends of the side that begins at each corner; 1 at fixed ends."""
+    after = np.roll(faces, -1, axis=1)
+    cosines = [(normals[a] * normals[b]).sum(axis=1) for a, b in zip(faces.T, after.T, strict=True)]
+    return np.asarray(np.where(fixed[faces] | fixed[after], 1.0, np.stack(cosines, axis=1)))
+
+
+def _least_bend(normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
+    return np.asarray(_bends(normals, fixed, faces).min(axis=1, initial=1))
 
 
 def _facing(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
