@@ -97,7 +97,8 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     special = [*crossings]
     for chain in chains:
         turning = [(n, p) for n, p in turning_points(chain, values, box) if _apart(p, special, _JOIN * size)]
-        changes = kind_changes(chain, values, box)
+        known = np.array([*special, *(q for _, q in turning)]).reshape(-1, 3)
+        changes = kind_changes(chain, values, box, known)
         turning += [(n, p) for n, p in changes if _apart(p, [*special, *(q for _, q in turning)], 1e-5 * size)]
         marks = [n for n, p in enumerate(chain.polyline) if not _apart(p, special, _JOIN * size)]
         changes = leaf_changes(chain, [*marks, *(n for n, _ in turning)], form, box)

@@ -36,8 +36,10 @@ _STEP = 1e-5
 """Tangents are differences over so long a part of a segment."""
 
 
-def kind_changes(chain: Chain, values: Values, box: Floats) -> list[tuple[int, Floats]]:
-    """The points of a chain where its kind changes: (vertex before it, point), on the exact curve."""
+def kind_changes(chain: Chain, values: Values, box: Floats, known: Floats) -> list[tuple[int, Floats]]:
+    """The points of a chain where its kind changes: (vertex before it, point), on the exact curve; not beside those of
+    the points (k, 3) that are known.
+    """
     count = len(chain.polyline) - 1
     if count < 2:
         return []
@@ -49,6 +51,10 @@ def kind_changes(chain: Chain, values: Values, box: Floats) -> list[tuple[int, F
         inner, beside = numbers[1:-1], np.maximum(numbers[:-2], numbers[2:])
         least = (inner <= np.minimum(numbers[:-2], numbers[2:])) & (inner < _LOW * beside)
         for row in np.flatnonzero(least) + 1:
+            ends = np.array([chain.at(places[row - 1]), chain.at(places[row + 1])])
+            middle, reach = ends.mean(axis=0), np.linalg.norm(ends[1] - ends[0])
+            if (np.linalg.norm(known - middle, axis=1) < reach).any() or _outside(ends, box):
+                continue
             place = _minimum(measure, places[row - 1], places[row + 1])
             number, error = measure(np.array([place]))
             point = chain.at(place)
@@ -57,6 +63,10 @@ def kind_changes(chain: Chain, values: Values, box: Floats) -> list[tuple[int, F
             ):
                 found.append((int(place), np.where(np.abs(point) < 1e-9 * size, 0.0, point)))
     return found
+
+
+def _outside(points: Floats, box: Floats) -> bool:
+    return bool((points.max(axis=0) < box[0]).any() or (points.min(axis=0) > box[1]).any())
 
 
 def _measures(chain: Chain, values: Values, places: Floats, size: float) -> list[Measure]:

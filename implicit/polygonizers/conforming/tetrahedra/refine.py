@@ -140,12 +140,15 @@ def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
 
 
 def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
-    """Places whose cells the region must hold: the new vertices, and what is cleared."""
-    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 3**0.5
-    shell = skeleton.cleared[:, None, :3] + skeleton.cleared[:, None, 3:] * np.concatenate(
-        [corners, np.eye(3), -np.eye(3)]
-    )
-    return np.concatenate([new, shell.reshape(-1, 3)])
+    """Places in or beside all cells that the region must hold: those of new vertices, and of what is cleared."""
+    parts = [new]
+    radii = np.ceil(skeleton.cleared[:, 3])
+    for radius in np.unique(radii):  # in each cell of a ball, and the few beside it, there is such a place
+        steps = np.arange(-radius, radius + 1)
+        offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+        offsets = offsets[np.linalg.norm(offsets, axis=1) < radius + 0.5]
+        parts.append((skeleton.cleared[radii == radius, None, :3] + offsets).reshape(-1, 3))
+    return np.concatenate(parts)
 
 
 def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray) -> IntArray:
