@@ -42,7 +42,7 @@ _NEIGHBOURS = 4
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The stations from row `first` to row `last` of an arc, between which so many sheets stand well apart.
+    """The stations from row `first` to row `last` of an arc, between which so many sheets are apart outside a zone.
 
     radii (n,): of the zone at each. open: whether nothing goes on beyond each end. bare: the rows between which no
     tetrahedra are needed.
