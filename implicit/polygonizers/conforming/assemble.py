@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 MARGIN = 9
-"""Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
+"""Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole, and curves end in them."""
 _PATIENCE = 60.0
 """Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
