@@ -111,7 +111,7 @@ class Zones:
         if not self.stretches or not count:
             return Feet(owner, along, depth, foot, way)
         starts, ways, ends, whose = self._edges
-        farthest = float(ends[..., 1].max()) + _BEYOND
+        farthest = float(ends[..., 1].max() + np.linalg.norm(ways, axis=1).max() / 2) + _BEYOND
         edges = self._tree.query(places, k=list(range(1, _NEIGHBOURS + 1)), distance_upper_bound=farthest)[1]
         near = np.flatnonzero(edges[:, 0] < len(starts))
         edge = np.where(edges[near] < len(starts), edges[near], edges[near, :1])
