@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -139,6 +139,7 @@ def _stretch(lengths: Floats, opened: tuple[bool, bool]) -> Stretch:
 
 
 @given(st.tuples(st.booleans(), st.booleans()), st.integers(0, 10**6))
+@example((True, False), 504)
 def test_zones_begin_in_a_station_and_are_as_wide_as_they_say(opened: tuple[bool, bool], seed: int) -> None:
     stretch = _stretch(np.linspace(0, 12, 21), opened)
     zones = Zones([stretch])

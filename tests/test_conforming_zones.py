@@ -29,26 +29,24 @@ def _local(formula: str, resolution: int = 64) -> Local:
     return Local(Surface(formula).field, Grid.over(Ball(1), resolution, 9), ())
 
 
-def _radius(local: Local) -> tuple[float, float]:
-    """The radius of a zone round the z axis at the origin, and that of the ring on which its sheets were looked at."""
+def _radius(local: Local) -> float:
+    """The radius of a zone round the z axis at the origin."""
     middle = local.grid.to_units(np.zeros((1, 3)))[0]
     circle = Circle(middle, *frame(np.array([0.0, 0, 1])), stretch._LEAST_RADIUS)
-    radii, _, widest = stretch._clear_of_cells(local, [circle])
-    return float(radii[0]), float(widest[0])
+    return float(stretch._clear_of_cells(local, [circle])[0][0])
 
 
 @pytest.mark.parametrize("slope", [0.2, 0.25, 0.4, 0.7, 1.0])
 def test_zones_end_where_straight_sheets_are_a_gap_apart(slope: float) -> None:
-    radius, widest = _radius(_local(f"x^2 - {slope}^2*y^2"))
+    radius = _radius(_local(f"x^2 - {slope}^2*y^2"))
     angle = min(2 * np.arctan(slope), np.pi / 2)
     assert radius * np.sin(angle) == pytest.approx(max(stretch._GAP, stretch._LEAST_RADIUS * np.sin(angle)), rel=0.01)
-    assert radius <= widest * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("resolution", [40, 64, 256, 512])
 def test_zones_end_where_the_sheets_of_a_cusp_are_a_gap_apart(resolution: int) -> None:
     """x^2 = y^3 is x^2 = h y^3 in cells of side h: where r^2 = x^2 + y^2 its sheets are 2 h^(1/2) y^(3/2) apart."""
-    radius, _ = _radius(_local("x^2 - y^3", resolution))
+    radius = _radius(_local("x^2 - y^3", resolution))
     y = np.linspace(0, radius, 100_000)
     x = np.sqrt(2 / resolution * y**3)
     row = np.searchsorted(np.hypot(x, y), radius)
@@ -56,7 +54,7 @@ def test_zones_end_where_the_sheets_of_a_cusp_are_a_gap_apart(resolution: int) -
 
 
 def test_sheets_that_stay_too_near_have_no_zone() -> None:
-    assert _radius(_local("x^2 - y^2/1000"))[0] == np.inf
+    assert _radius(_local("x^2 - y^2/1000")) == np.inf
 
 
 @given(st.lists(st.floats(0.2, 0.9), min_size=3, max_size=20), st.floats(1.3, 7), st.floats(0.2, 0.9))

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 MARGIN = 9
-"""Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole."""
+"""Cells beyond the bounds, so that the neighbourhood of a point on their boundary is whole, and curves end in them."""
 _PATIENCE = 60.0
 """Seconds that the search for singular points may take before what is left is listed as undecided."""
 _PASSES = 2
@@ -75,9 +75,9 @@ def conforming(
 
     The fast sweep meshes the surface everywhere. Round each isolated singular point its triangles in a block of cells
     are replaced by the cone from the point over the rim they leave, where it is proved that the surface is one. Along
-    singular curves whose sheets stand well apart the triangles near the curve give way to ribbons between the curve
-    and the rims of what is left. Round all other singular points and curves the cells become tetrahedra with the
-    singular set among their edges.
+    singular curves whose sheets are soon a cell's diagonal apart, cuspidal ones among them, the triangles near the
+    curve give way to ribbons between the curve and the rims of what is left. Round all other singular points and
+    curves the cells become tetrahedra with the singular set among their edges.
 
     locus   the singular points and curves, if they are known; found by `singularities` if not
 

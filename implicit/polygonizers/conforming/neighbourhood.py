@@ -155,7 +155,7 @@ def _conclude(
     """All that was found, with every place that is doubtful."""
     unsettled = [place for course in courses if not course.settled for place in course.places]
     doubtful = np.array(frame.doubtful + unsettled).reshape(-1, 3)
-    places = np.concatenate([doubtful, patch.doubtful if patch else doubtful[:0], _uneven(skeleton)])
+    places = np.concatenate([doubtful, patch.doubtful if patch else doubtful[:0], _uneven(skeleton, zones)])
     return Neighbourhood(patch, skeleton, frame, courses, zones, limits, places)
 
 
@@ -204,10 +204,15 @@ def _cells_beyond(local: Local, wall: Rim, units: FloatArray) -> FloatArray:
     return wall.heights(local.grid.to_points(units)) / local.grid.step
 
 
-def _uneven(skeleton: Skeleton) -> FloatArray:
+def _uneven(skeleton: Skeleton, zones: Zones) -> FloatArray:
     """The vertices between two special points of an arc at which the number of sheets changes."""
     where: dict[int, set[int]] = {}
     for (a, b), sheets in zip(skeleton.edges.tolist(), skeleton.sheets.tolist(), strict=True):
         for end in (a, b):
             where.setdefault(end, set()).add(sheets)
+    for tube, stations in zip(skeleton.tubes, skeleton.stations, strict=True):
+        for stretch in zones.stretches:
+            for row in stretch.bare if stretch.course is tube.course else ():
+                if tube.first <= row <= tube.last:
+                    where[int(stations[row - tube.first])].add(stretch.sheets)
     return skeleton.on[[end for end, found in where.items() if len(found) > 1 and end >= len(skeleton.balls)]]

@@ -31,7 +31,7 @@ _FILLED = 3.0
 _MOST_SEEDS = 300
 """If the sweep is too coarse in more places than these, nothing is tried."""
 _BEYOND = 8.2
-"""Singular curves are followed so many cells beyond the bounds."""
+"""Singular curves are followed so many cells beyond the bounds, so that the widest zones end there."""
 
 
 def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:

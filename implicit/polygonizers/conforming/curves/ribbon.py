@@ -28,7 +28,8 @@ _SLIVER = 0.01
 """Triangles smaller than so many squares of a cell may face anywhere."""
 _WIDE = 1.2
 """Triangles are halved that reach so many cells from the curve."""
-_HALVINGS = 3
+_HALVINGS = 4
+"""Spokes are halved so often at most: the longest reach across the widest zone."""
 
 
 def lay_ribbons(local: Local, mesh: Mesh, hood: Neighbourhood, numbers: list[IntArray], fixed: Flags) -> Mesh:

@@ -1,4 +1,6 @@
-"""Which stretches of singular curves need no tetrahedra: those along which the sheets stand well apart."""
+"""Which stretches of singular curves need no tetrahedra: those whose sheets, a few cells from the curve, are so far
+apart that the sweep tells them from each other.
+"""
 
 from collections.abc import Iterator
 
@@ -21,14 +23,18 @@ _INNER = 1 / 9
 """Nearer to the curve, at this share of the radius, sheets lie at the same angles."""
 _STRAIGHT = 0.25
 """Angles that differ by less are nearly the same."""
-_SCALES = (1 / 3, 1 / 64)
+_SCALES = np.array([1 / 3, 1 / 64])
 """Rings with these shares of the radius are crossed as often as the whole."""
 _LEAST_RADIUS = 1.8
 """The radius of a zone, in cells: more than the diagonal of a cell, so that the sweep is not misled outside."""
 _GAP = 1.8
 """Sheets are so many cells apart outside the zone: then no cell meets two."""
-_FACTORS = 1.25 ** np.arange(1, 7)
-"""Zones are made wider by such factors where sheets are too near; if that is not enough there are tetrahedra."""
+_NEARLY = 0.97
+"""This share of it will do: the diagonal of a cell is shorter yet."""
+_WIDEST = 7.0
+"""Where a zone would be wider, in cells, there are tetrahedra."""
+_TRIES = 3
+"""Rings that are tried for a radius."""
 _WIDENING = 0.5
 """Radii change by so much per length at most."""
 _APART = 1.7
@@ -88,52 +94,55 @@ def _ways(course: Stations) -> FloatArray:
 
 
 def _sheets(local: Local, courses: list[Stations]) -> tuple[IntArray, FloatArray]:
-    """How many sheets (n,) there are round each station of all courses, -1 where they are not well apart, or not the
-    same nearer to the curve; and the radius outside which no cell meets two.
+    """How many sheets (n,) there are round each station of all courses, -1 where they are too near to each other, or
+    not the same nearer to the curve; and the radius outside which no cell meets two.
     """
     places = np.concatenate([course.places for course in courses])
     axes = frame(unit_rows(np.concatenate([_ways(course) for course in courses])))
     circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
-    radii, rings, widest = _clear_of_cells(local, circles)
+    radii, outer, inner = _clear_of_cells(local, circles)
     sheets = np.full(len(circles), -1)
     rows = np.flatnonzero(radii < np.inf)
-    chosen = [circles[row].scaled(widest[row] / _LEAST_RADIUS) for row in rows]
-    inner = crossings(local, [circle.scaled(_INNER) for circle in chosen])
-    number, same = _alike([rings[row] for row in rows], inner)
-    scales = radii[rows, None] / widest[rows, None] * np.array([1, *_SCALES])
-    smaller = [circle.scaled(scale) for circle, row in zip(chosen, scales, strict=True) for scale in row]
-    crossed, seen = (part.reshape(scales.shape) for part in counts(local, smaller))
+    number, same = _alike([outer[row] for row in rows], [inner[row] for row in rows])
+    factors = radii[rows, None] / _LEAST_RADIUS * _SCALES
+    smaller = [circles[row].scaled(factor) for row, own in zip(rows, factors, strict=True) for factor in own]
+    crossed, seen = (part.reshape(factors.shape) for part in counts(local, smaller))
     same &= ((crossed == number[:, None]) | ~seen).all(axis=1)
     sheets[rows] = np.where(same, number, -1)
     return sheets, radii
 
 
-def _clear_of_cells(local: Local, circles: list[Circle]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+def _clear_of_cells(local: Local, circles: list[Circle]) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
     """The least radii (n,) at which sheets are so far apart that no cell meets two, infinite where a zone would be too
-    wide; angles of the sheets on rings of at least that radius, and the radii of these rings.
+    wide, and the angles of the sheets on rings of these radii and on inner ones.
 
-    Between two rings the distance of two sheets is taken for a power of the radius, as it is of straight sheets and of
-    cusps.
+    The distance of two sheets is taken for a power of the radius, as it is of straight sheets and of cusps; where a
+    ring does not bear it out, for a multiple.
     """
-    rings = crossings(local, circles)
-    radii, widest = np.full(len(circles), _LEAST_RADIUS), np.full(len(circles), _LEAST_RADIUS)
-    sharp = np.flatnonzero(_LEAST_RADIUS * np.sin(_least_angles(rings)) < _GAP)
-    if not len(sharp):
-        return radii, rings, widest
-    reach = _LEAST_RADIUS * np.append(1.0, _FACTORS)
-    wider = crossings(local, [circles[row].scaled(factor) for row in sharp for factor in _FACTORS])
-    nearest = _least_angles([rings[row] for row in sharp])
-    angles = np.column_stack([nearest, _least_angles(wider).reshape(len(sharp), -1)])
-    gaps = np.maximum(reach * np.sin(angles), 1e-9)
-    wide = gaps[:, 1:] >= _GAP
-    step = wide.argmax(axis=1)
-    inner, outer = (gaps[np.arange(len(sharp)), column] for column in (step, step + 1))
-    share = np.log(_GAP / inner) / np.log(np.maximum(outer / inner, 1 + 1e-9))
-    between = reach[step] * (reach[step + 1] / reach[step]) ** share.clip(0, 1)
-    radii[sharp], widest[sharp] = np.where(wide.any(axis=1), between, np.inf), reach[step + 1]
-    for place, row in enumerate(sharp):
-        rings[row] = wider[place * len(_FACTORS) + step[place]]
-    return radii, rings, widest
+    outer, inner = _rings(local, circles)
+    gaps, nearer = (np.maximum(np.sin(_least_angles(rings)), 1e-9) for rings in (outer, inner))
+    radii = np.full(len(circles), _LEAST_RADIUS)
+    left = np.flatnonzero(_LEAST_RADIUS * gaps < _GAP)
+    power = 1 - np.log(gaps[left] / nearer[left]) / np.log(_INNER)
+    radii[left] *= (_GAP / _LEAST_RADIUS / gaps[left]) ** (1 / power.clip(1, None))
+    for _ in range(_TRIES):
+        left = left[radii[left] <= _WIDEST]
+        fresh = _rings(local, [circles[row].scaled(radii[row] / _LEAST_RADIUS) for row in left])
+        for row, own, near in zip(left, *fresh, strict=True):
+            outer[row], inner[row] = own, near
+        gap = radii[left] * np.sin(_least_angles(fresh[0]))
+        left, gap = (part[gap < _NEARLY * _GAP] for part in (left, gap))
+        if not len(left):
+            break
+        radii[left] *= _GAP / np.maximum(gap, 1e-9)
+    radii[left] = np.inf
+    return np.where(radii > _WIDEST, np.inf, radii), outer, inner
+
+
+def _rings(local: Local, circles: list[Circle]) -> tuple[list[FloatArray], list[FloatArray]]:
+    """The angles at which circles are crossed, and inner ones."""
+    found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
+    return found[: len(circles)], found[len(circles) :]
 
 
 def _least_angles(rings: list[FloatArray]) -> FloatArray:

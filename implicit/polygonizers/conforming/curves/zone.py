@@ -42,7 +42,7 @@ _NEIGHBOURS = 4
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The stations from row `first` to row `last` of an arc, between which so many sheets stand well apart.
+    """The stations from row `first` to row `last` of an arc, between which so many sheets are apart outside a zone.
 
     radii (n,): of the zone at each. open: whether nothing goes on beyond each end. bare: the rows between which no
     tetrahedra are needed.
@@ -111,7 +111,7 @@ class Zones:
         if not self.stretches or not count:
             return Feet(owner, along, depth, foot, way)
         starts, ways, ends, whose = self._edges
-        farthest = float(ends[..., 1].max()) + _BEYOND
+        farthest = float(ends[..., 1].max() + np.linalg.norm(ways, axis=1).max() / 2) + _BEYOND
         edges = self._tree.query(places, k=list(range(1, _NEIGHBOURS + 1)), distance_upper_bound=farthest)[1]
         near = np.flatnonzero(edges[:, 0] < len(starts))
         edge = np.where(edges[near] < len(starts), edges[near], edges[near, :1])

@@ -134,7 +134,7 @@ def _inside(parts: list[tuple[IntArray, IntArray, IntArray]], names: IntArray, r
     graph = coo_array((np.ones(len(start), bool), (start, beyond[start, face])), shape=(len(tets),) * 2)
     label = connected_components(graph, directed=False)[1]
     chosen = np.zeros(len(tets), bool)
-    chosen[label[tets.max(axis=1) >= first]] = True
+    chosen[label[np.logical_or.reduce([corner >= first for corner in tets.T])]] = True
     return np.asarray(tets[chosen[label]])
 
 

@@ -257,7 +257,9 @@ def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArra
     if not len(skeleton.edges):
         return np.zeros((0, 3))
     size = first + len(skeleton.on) + int(fresh.max(initial=0))
-    have = pairs_of(fresh) @ np.array([size, 1])
+    on = np.zeros(size, np.int8)
+    on[first : first + len(skeleton.on)] = 1
+    have = pairs_of(fresh[sum(on[corner] for corner in fresh.T) > 1]) @ np.array([size, 1])
     want = np.sort(skeleton.edges + first, axis=1) @ np.array([size, 1])
     return skeleton.on[skeleton.edges[~np.isin(want, have)]].mean(axis=1)
 
