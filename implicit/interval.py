@@ -32,7 +32,9 @@ def tape_ranges(tape: Tape, boxes: Floats) -> Floats:
     result = np.empty((len(boxes), 2))
     for start in range(0, len(boxes), _CHUNK):
         corners = np.ascontiguousarray(boxes[start : start + _CHUNK].transpose(1, 2, 0))
-        result[start : start + _CHUNK, 0], result[start : start + _CHUNK, 1] = enclose_arrays(tape, corners[0], corners[1])
+        result[start : start + _CHUNK, 0], result[start : start + _CHUNK, 1] = enclose_arrays(
+            tape, corners[0], corners[1]
+        )
     return result
 
 
@@ -78,7 +80,7 @@ def _outward(low: Floats, high: Floats) -> Range:
 
 
 def _add(first: Range, second: Range, minus: bool) -> Range:
-    """a + b, or a - b. Where both parts are of one sign the result is of that sign, without rounding."""
+    """The range of a + b, or a - b. Where both parts are of one sign the result is of that sign, without rounding."""
     (al, ah), (bl, bh) = first, second
     low, high = (al - bh, ah - bl) if minus else (al + bl, ah + bh)
     at_0 = [bound == 0.0 for bound in (low, high)]
@@ -89,7 +91,7 @@ def _add(first: Range, second: Range, minus: bool) -> Range:
 
 
 def _multiply(first: Range, second: Range, over: bool) -> Range:
-    """a b, or a / b: the least and the largest of the four corners, each rounded once."""
+    """The range of a b, or a / b: the least and the largest of the four corners, each rounded once."""
     (al, ah), (bl, bh) = first, second
     apply = np.divide if over else np.multiply
     p, q, r, s = apply(al, bl), apply(al, bh), apply(ah, bl), apply(ah, bh)
@@ -120,7 +122,7 @@ def _unary(operation: int, own: Range, exponent: float) -> Range:
 
 
 def _even(own: Range, square: bool) -> Range:
-    """|a|, or a^2."""
+    """The range of |a|, or a^2."""
     least = np.maximum(np.maximum(own[0], -own[1]), 0.0)
     most = np.maximum(np.abs(own[0]), np.abs(own[1]))
     if not square:
@@ -130,7 +132,7 @@ def _even(own: Range, square: bool) -> Range:
 
 
 def _wave(own: Range, ends: Range, shift: float) -> Range:
-    """sin(a + shift pi): the values at both ends, and 1 or -1 where an extremum lies between."""
+    """The range of sin(a + shift pi): the values at both ends, and 1 or -1 where an extremum lies between."""
     al, ah = own
     a, b = al * 0.3183098861837907, ah * 0.3183098861837907
     error = SIN_ERROR * (1.0 + np.abs(a) + np.abs(b))

@@ -26,7 +26,7 @@ IntArray = NDArray[np.int64]
 BrickArray = NDArray[np.int32]
 
 _CHOICES = (ABS, MIN, MAX)
-"""Without these a tape has nothing that could be dropped, and needs no kernel to be enclosed: that compiles for long."""
+"""Without these nothing can be dropped from a tape, and arrays enclose it: the kernel takes long to compile."""
 
 _FIRST, _BLOCKS = 12, 512
 """Blocks along an axis to begin with, and blocks whose children are enclosed together."""
