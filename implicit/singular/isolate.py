@@ -181,7 +181,7 @@ def search(
     centre (3, size): the derivatives at the centre of the unit box as sums of coefficients. To work in: stack
     (depth + 2, size), errors (depth + 2,), room (2, >= size, >= 9), work (4, 3, 3).
     """
-    parent, lower, width, root = room[0], room[1, :3], room[1, 3:6], room[1, 6:9]
+    parent, lower, width, root = room[0, : high.size], room[1, :3], room[1, 3:6], room[1, 6:9]
     n_found, n_left, visited, todo, top = 0, 0, 0, 0, 0
     while visited < len(left) and (top > 0 or todo < len(starts)):
         if top == 0:
