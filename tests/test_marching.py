@@ -14,9 +14,10 @@ import implicit
 from implicit import Ball, Box, Surface, x, y, z
 from implicit.domain import to_bounds
 from implicit.mesh import Mesh
-from implicit.polygonizers.lattice import Lattice
+from implicit.polygonizers.lattice import Lattice, in_order
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
+from implicit.polygonizers.tapes import _find_bricks, _find_leaves
 from implicit.polygonizers.weld import weld
 from implicit.topology import find_edges
 from implicit.work import Job
@@ -294,3 +295,15 @@ def test_where_a_ball_cuts_no_triangle_but_slivers_is_turned_over(radius: float,
     cell = 2 * radius / 30
     turned = facing <= 0
     assert turned.sum() <= 2 and (np.linalg.norm(across[turned], axis=1) < 0.05 * cell**2).all()
+
+
+@pytest.mark.parametrize("cells", [(5, 9, 30), (100, 100, 100), (20, 350, 60)])
+@pytest.mark.parametrize(
+    "text",
+    ["sin(4x) cos(4y) + sin(4y) cos(4z) + sin(4z) cos(4x) + 0.01", "exp(x y)/(z + 3) + sqrt(x + 2) - atan(z) - 1.7"],
+)
+def test_arrays_and_the_kernel_leave_the_same_bricks(text: str, cells: tuple[int, int, int]) -> None:
+    tape = Surface(text).field.tape
+    lattice = Lattice(tuple(np.linspace(-1.5, 1.5, n + 1) for n in cells))
+    leaves = _find_leaves(tape, lattice)[2][:, :3]
+    assert np.array_equal(_find_bricks(tape, lattice), in_order(leaves))

@@ -12,7 +12,9 @@ from implicit.algebra.numberfield import NumberField
 from implicit.language.trees import x, y, z
 from implicit.singular.form import Form
 from implicit.singular.proof import Jet, integral, is_zero, polish, value_at, zero_gap
-from implicit.singular.symmetry import symmetries
+from implicit.singular.region import WHOLE, Deadline, Region
+from implicit.singular.simple import simple_zeros
+from implicit.singular.symmetry import fundamental_cuts, symmetries
 from tests.singular_catalog import NAMES, box_of, entry_of, surface_of
 
 LIGHT = [
@@ -146,3 +148,22 @@ def test_coefficients_in_a_cubic_field() -> None:
     }
     (point,) = singularities(Surface.from_polynomial(Polynomial.from_terms(terms, field)), 1).points
     assert abs(point.position[0] + 0.14010685498712477) < 1e-15 and point.type == "A1"
+
+
+@pytest.mark.parametrize("name", ["sphere", "cone", "cayley_cubic", "ding_dong", "torus", "monkey_saddle"])
+@pytest.mark.parametrize("folded", [False, True])
+def test_the_short_search_finds_what_the_long_one_finds(name: str, folded: bool) -> None:
+    form, asked = integral(Form.of(surface_of(name).polynomial)), box_of(name).corners
+    region = Region(form, asked)
+    if folded:
+        region = Region(form, asked, fundamental_cuts(symmetries(form, asked), float(np.ptp(asked, axis=0).max())))
+    boxes, roots, left, _ = region.search_long(WHOLE, 27, Deadline(None))
+    short = simple_zeros(region.table, region.planes)
+    assert short is not None and not len(left)
+    assert np.array_equal(short[0], boxes)
+    assert np.allclose(short[1] * region.half + region.middle, roots, rtol=0, atol=1e-12)
+
+
+def test_the_short_search_gives_up_before_a_singular_curve() -> None:
+    region = Region(integral(Form.of(Surface("x^2 y - z^2").polynomial)), Box([-1] * 3, [1] * 3).corners)
+    assert simple_zeros(region.table, region.planes) is None

@@ -110,7 +110,6 @@ def test_shortened_tapes_change_no_bit(seed, scale):
         tape.constants,
         edges[:, :4].copy(),
         edges[:, 1:].copy(),
-        0,
         low,
         high,
         np.empty((5, WIDTH)),

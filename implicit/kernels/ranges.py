@@ -1,4 +1,4 @@
-"""A tape evaluated in interval arithmetic, on a mesh of SPLIT^3 boxes or on scattered boxes.
+"""A tape evaluated in interval arithmetic on a mesh of SPLIT^3 boxes; for what the bounds of all registers are needed.
 
 Every rounded bound v moves outward to v -/+ (|v| 2^-52 + 2.3e-308), at least one unit in its last place. Rounding is
 monotone, so the same interval also holds every value that `values.evaluate` computes in the closed box. Where an
@@ -28,11 +28,11 @@ from implicit.kernels.elementary import (
 )
 from implicit.tape import ABS, ATAN, CONST, COS, DIV, EXP, LOG, MIN, NEG, POW, SIN, SQR, SQRT, SUB
 
-_ULP = 2.0**-52
-_TINY = 2.3e-308
-_EXP_ERROR = 2.0**-46  # relative, 64 units; measured: 5
-_SIN_ERROR = 1e-14  # times 1 + |x| / pi; measured: 3e-16
-_LIBRARY_ERROR = 2.0**-49  # relative, 8 units, of log, atan and pow; measured: 1
+ULP = 2.0**-52
+TINY = 2.3e-308
+EXP_ERROR = 2.0**-46  # relative, 64 units; measured: 5
+SIN_ERROR = 1e-14  # times 1 + |x| / pi; measured: 3e-16
+LIBRARY_ERROR = 2.0**-49  # relative, 8 units, of log, atan and pow; measured: 1
 
 SPLIT = 4  # boxes along each axis of a mesh
 
@@ -55,13 +55,13 @@ _COUNT = SPLIT ** np.array([mask.bit_count() for mask in range(8)])  # values of
 
 @njit(**INNER)
 def _down(v: float) -> float:
-    lower = v - (abs(v) * _ULP + _TINY)
+    lower = v - (abs(v) * ULP + TINY)
     return lower if lower == lower else -np.inf
 
 
 @njit(**INNER)
 def _up(v: float) -> float:
-    upper = v + (abs(v) * _ULP + _TINY)
+    upper = v + (abs(v) * ULP + TINY)
     return upper if upper == upper else np.inf
 
 
@@ -113,21 +113,21 @@ def _wave(low: Floats, high: Floats, al: Floats, ah: Floats, shift: float) -> No
     """Bound sin(a + shift pi) by the values at both ends, given, and 1 or -1 where an extremum lies between."""
     for k in range(low.shape[0]):
         a, b = al[k] * 0.3183098861837907, ah[k] * 0.3183098861837907
-        error = _SIN_ERROR * (1.0 + abs(a) + abs(b))
+        error = SIN_ERROR * (1.0 + abs(a) + abs(b))
         a = (a - error + shift - 0.5) * 0.5  # maxima at whole numbers, minima halfway
         b = (b + error + shift - 0.5) * 0.5
         peak = math.floor(b) >= math.ceil(a)
         dip = math.floor(b - 0.5) >= math.ceil(a - 0.5)
         calm = abs(al[k]) < SIN_MOST and abs(ah[k]) < SIN_MOST
         least, most = (low[k], high[k]) if low[k] < high[k] else (high[k], low[k])
-        low[k] = least - error if calm and not dip else -1.0 - _SIN_ERROR
-        high[k] = most + error if calm and not peak else 1.0 + _SIN_ERROR
+        low[k] = least - error if calm and not dip else -1.0 - SIN_ERROR
+        high[k] = most + error if calm and not peak else 1.0 + SIN_ERROR
 
 
 @njit(**INNER)
 def _rising(operation: int, low: Floats, high: Floats, al: Floats, ah: Floats, exponent: float) -> None:
     """Move outward the values at both ends, given, of a root, exponential, logarithm, arc tangent or power."""
-    error = _EXP_ERROR if operation == EXP else 0.0 if operation == SQRT else _LIBRARY_ERROR
+    error = EXP_ERROR if operation == EXP else 0.0 if operation == SQRT else LIBRARY_ERROR
     never_negative = operation == POW or SQRT <= operation <= EXP
     partial = operation != EXP and operation != ATAN
     falls = operation == POW and exponent < 0.0
@@ -165,21 +165,19 @@ def enclose(
     constants: Floats,
     lower: Floats,
     upper: Floats,
-    points: int,
     low: Floats,
     high: Floats,
     scratch: Floats,
 ) -> None:
     """Bounds of registers 0 .. count-1 of the tape in rows start .. start+count-1; see `values.evaluate`.
 
-    lower and upper (3, n) bound x, y, z: along each axis of a mesh of SPLIT^3 boxes (points 0), or for each of
-    `points` scattered boxes. low, high (>= count, >= values), scratch (4, >= values).
+    lower and upper (3, SPLIT) bound x, y, z along each axis of the mesh. low, high (>= count, SPLIT^3),
+    scratch (4, SPLIT^3).
     """
     for q in range(count):
         row = code[start + q]
-        operation, a, b, mask = row[0], row[1], row[2], (7 if points else row[3])
-        n = points if points else _COUNT[mask]
-        least, most = low[q, :n], high[q, :n]
+        operation, a, b, mask = row[0], row[1], row[2], row[3]
+        least, most = low[q, : _COUNT[mask]], high[q, : _COUNT[mask]]
         if operation < CONST:
             copy(least, lower[operation])
             copy(most, upper[operation])
@@ -191,7 +189,7 @@ def enclose(
         terms, al, ah = (b if operation >= MIN else (2 if operation <= DIV else 1)), least, most
         for t in range(terms):
             r = arguments[a + t] if operation >= MIN else (a if t == 0 else b)
-            own, free = (7 if points else code[start + r, 3]), (2 if t else 0)
+            own, free = code[start + r, 3], (2 if t else 0)
             bl = _aligned(low, r, own, mask, scratch[free])
             bh = _aligned(high, r, own, mask, scratch[free + 1])
             if t:

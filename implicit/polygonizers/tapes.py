@@ -13,15 +13,23 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.evaluate import TapeField
+from implicit.interval import enclose_arrays
 from implicit.kernels.elementary import INNER, OPTIONS
 from implicit.kernels.ranges import PLACE, SPLIT, enclose
 from implicit.kernels.shorten import find_equal, shorten
 from implicit.kernels.sweep import Pool
 from implicit.polygonizers.lattice import Lattice
-from implicit.tape import Tape
+from implicit.tape import ABS, MAX, MIN, Tape
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BrickArray = NDArray[np.int32]
+
+_CHOICES = (ABS, MIN, MAX)
+"""Without these nothing can be dropped from a tape, and arrays enclose it: the kernel takes long to compile."""
+
+_FIRST, _BLOCKS = 12, 512
+"""Blocks along an axis to begin with, and blocks whose children are enclosed together."""
 
 
 @njit(**OPTIONS)
@@ -37,7 +45,7 @@ def _descend(
     `find_equal`, work as for `shorten`.
     """
     scratch, lower, upper = room[:4], room[4:7], room[7:]
-    depth, count, end, most, points = state[0], state[1], state[2], state[3], np.int64(0)
+    depth, count, end, most = state[0], state[1], state[2], state[3]
     if depth == 0:
         stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
         stack[0, 3], stack[0, 4], stack[0, 5] = levels, 0, rows
@@ -51,7 +59,7 @@ def _descend(
         x, y, z = stack[depth, 0], stack[depth, 1], stack[depth, 2]
         width = 1 << 2 * (level - 1)
         _edges(axes, bricks, stack[depth], width, lower, upper)
-        enclose(code, start, length, arguments, constants, lower, upper, points, low, high, scratch)
+        enclose(code, start, length, arguments, constants, lower, upper, low, high, scratch)
         mask = code[start + length - 1, 3]
         for box in range(SPLIT**3):
             i, j, k = x + (box >> 4) * width, y + (box >> 2 & 3) * width, z + (box & 3) * width
@@ -110,6 +118,36 @@ def _find_leaves(tape: Tape, lattice: Lattice) -> tuple[BrickArray, BrickArray, 
     return code, arguments, leaves[: state[1]]
 
 
+def _find_bricks(tape: Tape, lattice: Lattice) -> BrickArray:
+    """The bricks that may be crossed, found as in `_descend` with the whole tape and many blocks at a time."""
+    width = 1
+    while width * _FIRST < max(lattice.bricks):
+        width *= SPLIT
+    blocks = _children(tape, lattice, np.zeros((1, 3), np.int64), width, -(-max(lattice.bricks) // width))
+    while width > 1:
+        width //= SPLIT
+        parts = [blocks[first : first + _BLOCKS] for first in range(0, len(blocks), _BLOCKS)]
+        blocks = np.concatenate([blocks[:0], *(_children(tape, lattice, part, width, SPLIT) for part in parts)])
+    marked = np.zeros(lattice.bricks, np.bool_)
+    marked[tuple(blocks.T)] = True
+    return np.ascontiguousarray(np.argwhere(marked)[::-1].astype(np.int32))
+
+
+def _children(tape: Tape, lattice: Lattice, blocks: IntArray, width: int, split: int) -> IntArray:
+    """The children of `width` bricks that may be crossed, of blocks (n, 3) with `split` of them along each axis."""
+    lower, upper, inside = list[FloatArray](), list[FloatArray](), np.ones((len(blocks), 1, 1, 1), np.bool_)
+    for axis in range(3):  # arrays of shape (n, split, 1, 1), (n, 1, split, 1), (n, 1, 1, split)
+        shape = [len(blocks), 1, 1, 1]
+        shape[1 + axis] = split
+        first, last = (blocks[:, axis, None] + width * np.arange(split)).reshape(shape), lattice.bricks[axis]
+        inside = inside & (first < last)
+        lower.append(lattice.padded[axis, 7 * np.minimum(first, last)])
+        upper.append(lattice.padded[axis, 7 * np.minimum(first + width, last)])
+    low, high = enclose_arrays(tape, lower, upper)
+    found = np.argwhere(inside & (low < 0.0) & (high >= 0.0))
+    return np.asarray(blocks[found[:, 0]] + width * found[:, 1:])
+
+
 def _longer(array: NDArray[np.int32], more: int) -> NDArray[np.int32]:
     """A copy with room for more rows."""
     return np.concatenate([array, np.empty((more, *array.shape[1:]), np.int32)])
@@ -140,6 +178,8 @@ class TapeSampler:
         tape = field.tape
         if bricks is not None:
             return cls(field, lattice, Pool.of(tape), _whole(bricks, len(tape)))
+        if not np.isin(tape.code[:, 0], _CHOICES).any():
+            return cls.over(field, lattice, _find_bricks(tape, lattice))
         code, arguments, leaves = _find_leaves(tape, lattice)
         rank = np.full(lattice.bricks, -1, np.int32)  # the leaf of each brick: quicker to read in order than to sort
         rank[leaves[:, 0], leaves[:, 1], leaves[:, 2]] = np.arange(len(leaves))

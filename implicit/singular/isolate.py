@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import INNER, MAKING, OPTIONS
+from implicit.kernels.elementary import INNER, OPTIONS
 from implicit.singular.restrict import restrict
 
 Floats = NDArray[np.float64]
@@ -27,57 +27,34 @@ def place(box: Ints, lower: Floats, width: Floats) -> None:
         lower[a] = -1.0 + width[a] * box[1 + a]
 
 
-@njit(**{**INNER, **MAKING})
+@njit(**INNER)
 def spread(b: Floats, shape: Ints, first: int, second: int) -> tuple[float, float]:
-    """Least and greatest difference of coefficients along the axes first and second (-1: none), times degrees."""
-    end = shape.copy()
-    stride = np.array([shape[1] * shape[2], shape[2], 1])
+    """Least and greatest difference of coefficients along the axes first and second (-1: none), times degrees.
+
+    shape (6,): numbers of coefficients along the axes, then the steps between them.
+    """
     factor, s, t = 1.0, 0, 0
     if first >= 0:
         factor *= shape[first] - 1
-        end[first] -= 1
-        s = stride[first]
+        s = shape[3 + first]
     if second >= 0:
-        factor *= end[second] - 1
-        end[second] -= 1
-        t = stride[second]
+        factor *= shape[second] - (2 if first == second else 1)
+        t = shape[3 + second]
     if factor <= 0:
         return 0.0, 0.0
     least, greatest = np.inf, -np.inf
-    for i in range(end[0]):
-        for j in range(end[1]):
-            o = i * stride[0] + j * stride[1]
-            for k in range(o, o + end[2]):
+    for i in range(shape[0] - (first == 0) - (second == 0)):
+        for j in range(shape[1] - (first == 1) - (second == 1)):
+            o = i * shape[3] + j * shape[4]
+            for k in range(o, o + shape[2] - (first == 2) - (second == 2)):
                 v = b[k]
                 if s:
                     v = b[k + s] - v
                 if t:
                     v = (b[k + s + t] - b[k + t]) - v
-                least = min(least, v)
-                greatest = max(greatest, v)
+                least = v if v < least else least
+                greatest = v if v > greatest else greatest
     return factor * least, factor * greatest
-
-
-@njit(**{**INNER, **MAKING})
-def slope(b: Floats, shape: Ints, axis: int) -> float:
-    """The derivative along an axis at the centre of the unit box."""
-    stride = np.array([shape[1] * shape[2], shape[2], 1])
-    end = shape.copy()
-    end[axis] -= 1
-    if end[axis] == 0:
-        return 0.0
-    total, wi = 0.0, 0.5 ** (end[0] - 1)
-    for i in range(end[0]):
-        wj = wi * 0.5 ** (end[1] - 1)
-        for j in range(end[1]):
-            wk = wj * 0.5 ** (end[2] - 1)
-            for k in range(end[2]):
-                o = i * stride[0] + j * stride[1] + k
-                total += wk * (b[o + stride[axis]] - b[o])
-                wk *= (end[2] - 1 - k) / (k + 1.0)
-            wj *= (end[1] - 1 - j) / (j + 1.0)
-        wi *= (end[0] - 1 - i) / (i + 1.0)
-    return total * end[axis]
 
 
 @njit(**INNER)
@@ -97,13 +74,14 @@ def invert(m: Floats, out: Floats) -> bool:
     return True
 
 
-@njit(**{**INNER, **MAKING}, inline="always")
-def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
+@njit(**INNER, inline="always")
+def contract(b: Floats, error: float, shape: Ints, centre: Floats, root: Floats, work: Floats) -> int:
     """Krawczyk's test of grad f on the unit box: 1 exactly one zero (near root), -1 none, 0 unknown.
 
     x -> x - Y grad f(x) maps the box into centre - Y g + (I - Y H) (box - centre), with H the range of the Hessian.
+    To work in: work (4, 3, 3).
     """
-    middle, radius, y = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    middle, radius, y, g, ge = work[0], work[1], work[2], work[3, 0], work[3, 1]
     largest = size_of(b)
     error = error + 4 * UNIT * largest
     for r in range(3):
@@ -114,9 +92,10 @@ def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
             radius[r, c] = radius[c, r] = (0.5 * (greatest - least) + pad) * (1 + 8 * UNIT)
     if not invert(middle, y):
         return 0
-    g, ge = np.empty(3), np.empty(3)
     for r in range(3):
-        g[r] = slope(b, shape, r)
+        g[r] = 0.0
+        for k in range(b.size):
+            g[r] += centre[r, k] * b[k]
         ge[r] = 2.0 * (error + (b.size + 40) * UNIT * largest) * (shape[r] - 1)
     inside = True
     for r in range(3):
@@ -142,7 +121,7 @@ def contract(b: Floats, error: float, shape: Ints, root: Floats) -> int:
 def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> None:
     """De Casteljau at the middle along one axis: the Bernstein coefficients of both halves."""
     n = shape[axis] - 1
-    stride = shape[1] * shape[2] if axis == 0 else (shape[2] if axis == 1 else 1)
+    stride = shape[3 + axis]
     block = stride * (n + 1)
     for k in range(b.size):
         right[k] = b[k]
@@ -160,50 +139,49 @@ def halve(b: Floats, shape: Ints, axis: int, left: Floats, right: Floats) -> Non
 @njit(**INNER, inline="always")
 def cut_off(lower: Floats, width: Floats, cuts: Floats) -> bool:
     """Whether the box lies wholly where some cut a x + b y + c z + d is negative."""
-    for c in cuts:
-        top = c[3]
+    for c in range(len(cuts)):
+        top = cuts[c, 3]
         for a in range(3):
-            top += max(c[a] * lower[a], c[a] * (lower[a] + width[a]))
+            v, w = cuts[c, a] * lower[a], cuts[c, a] * (lower[a] + width[a])
+            top += v if v > w else w
         if top < 0.0:
             return True
     return False
 
 
 @njit(**INNER, inline="always")
-def examine(b: Floats, error: float, shape: Ints, precondition: bool, root: Floats) -> int:
+def examine(
+    b: Floats, error: float, shape: Ints, centre: Floats, precondition: bool, root: Floats, work: Floats
+) -> int:
     """What a box with Bernstein coefficients b holds: -1 nothing, 1 exactly one critical point, 0 unknown."""
     none = np.int64(-1)  # a literal would compile `spread` again
     least, greatest = spread(b, shape, none, none)
     if least > error or greatest < -error:
         return -1
-    largest = max(-least, greatest)
+    largest = -least if -least > greatest else greatest
     for a in range(3):
         least, greatest = spread(b, shape, a, none)
         pad = (2 * error + 4 * UNIT * largest) * (shape[a] - 1)
         if least > pad or greatest < -pad:
             return -1
-    return contract(b, error, shape, root) if precondition else 0
+    return contract(b, error, shape, centre, root, work) if precondition else 0
 
 
-@njit(**{**OPTIONS, **MAKING})
+@njit(**OPTIONS)
 def search(
-    high: Floats,
-    low: Floats,
-    shape: Ints,
-    cuts: Floats,
-    starts: Ints,
-    depth: int,
-    room: tuple[Ints, Floats, Ints, Ints],
-) -> tuple[int, int, int, int]:
+    high: Floats, low: Floats, shape: Ints, centre: Floats, cuts: Floats, starts: Ints, depth: int,
+    found: Ints, roots: Floats, left: Ints, boxes: Ints, stack: Floats, errors: Floats, room: Floats, work: Floats,
+) -> tuple[int, int, int, int]:  # fmt: skip
     """Search the boxes `starts` down to level `depth`, visiting at most as many as there is room for.
 
     Writes boxes with exactly one critical point, estimates of these points (in [-1, 1]^3), boxes left at the last level
     or at the limit of precision, and boxes that are still open behind the last of `starts` that was begun. Returns how
     many there are of the first, the third and the fourth, and how many of `starts` were begun. The rest is empty.
+
+    centre (3, size): the derivatives at the centre of the unit box as sums of coefficients. To work in: stack
+    (depth + 2, size), errors (depth + 2,), room (2, >= size, >= 9), work (4, 3, 3).
     """
-    found, roots, left, boxes = room
-    stack, errors = np.empty((depth + 2, high.size)), np.empty(depth + 2)
-    lower, width, root, parent = np.empty(3), np.empty(3), np.empty(3), np.empty(high.size)
+    parent, lower, width, root = room[0, : high.size], room[1, :3], room[1, 3:6], room[1, 6:9]
     n_found, n_left, visited, todo, top = 0, 0, 0, 0, 0
     while visited < len(left) and (top > 0 or todo < len(starts)):
         if top == 0:
@@ -222,7 +200,7 @@ def search(
         if error == np.inf or error > 1e-7 * largest:
             error = restrict(high, low, shape, lower, width, b, parent)
             largest = size_of(b)
-        verdict = examine(b, error, shape, box[0] >= 3, root)
+        verdict = examine(b, error, shape, centre, box[0] >= 3, root, work)
         if verdict > 0:
             for a in range(4):
                 found[n_found, a] = box[a]
@@ -253,6 +231,6 @@ def search(
 def size_of(b: Floats) -> float:
     """The largest absolute coefficient."""
     largest = 0.0
-    for v in b:
-        largest = max(largest, abs(v))
+    for k in range(b.size):
+        largest = abs(b[k]) if abs(b[k]) > largest else largest
     return largest

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from implicit.singular.form import Form
 from implicit.singular.isolate import search
+from implicit.singular.simple import middle_weights, simple_zeros
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -49,7 +50,9 @@ class Region:
         self.upper = self.asked[1] + size * _MARGINS[1]
         self.middle, self.half = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
         high, low = self.form.in_box(self.lower, self.upper)
-        self.high, self.low, self.shape = high.ravel(), low.ravel(), np.array(high.shape)
+        self.table, self.high, self.low = high, high.ravel(), low.ravel()
+        self.shape = np.array([*high.shape, high.shape[1] * high.shape[2], high.shape[2], 1])
+        self.slopes = _slopes(high.shape)
         planes = self.cuts[:, :3] * self.half
         self.planes = np.column_stack([planes, self.cuts[:, 3] + self.cuts[:, :3] @ self.middle])
 
@@ -68,17 +71,40 @@ class Region:
 
     def search(self, starts: Ints, depth: int, deadline: Deadline) -> tuple[Ints, Floats, Ints, Ints]:
         """Boxes with one critical point, estimates of it, boxes left at `depth`, boxes there was no time for."""
+        settled = simple_zeros(self.table, self.planes) if starts is WHOLE and not deadline.passed else None
+        if settled is None:
+            return self.search_long(starts, depth, deadline)
+        return settled[0], settled[1] * self.half + self.middle, _boxes(0), _boxes(0)
+
+    def search_long(self, starts: Ints, depth: int, deadline: Deadline) -> tuple[Ints, Floats, Ints, Ints]:
+        """The same for a search of any length."""
         budget = max(300, 20_000_000 // self.high.size)
+        size = self.high.size
         room = (_boxes(budget), np.empty((budget, 3)), _boxes(budget), _boxes(depth + 2))
+        work = (np.empty((depth + 2, size)), np.empty(depth + 2), np.empty((2, max(size, 9))), np.empty((4, 3, 3)))
+        data = (self.high, self.low, self.shape, self.slopes, self.planes)
         found, roots, left, rest = [_boxes(0)], [np.zeros((0, 3))], [_boxes(0)], starts
         while len(rest) and not deadline.passed:
-            f, n, top, begun = search(self.high, self.low, self.shape, self.planes, rest, depth, room)
+            f, n, top, begun = search(*data, rest, depth, *room, *work)
             found.append(room[0][:f].copy())
             roots.append(room[1][:f].copy())
             left.append(room[2][:n].copy())
             rest = np.concatenate([room[3][:top], rest[begun:]])
         estimates = np.concatenate(roots) * self.half + self.middle
         return np.concatenate(found), estimates, np.concatenate(left), rest
+
+
+def _slopes(shape: tuple[int, ...]) -> Floats:
+    """The derivatives at the centre of the unit box as sums (3, size) of Bernstein coefficients."""
+    result = []
+    for axis in range(3):
+        parts = [middle_weights(n) for n in shape]
+        n = shape[axis]
+        # n - 1 times the mean of differences, each of which has one coefficient and takes off the one before
+        steps = np.diff(middle_weights(n - 1), prepend=0.0, append=0.0) if n > 1 else np.zeros(1)
+        parts[axis] = (1 - n) * steps
+        result.append((parts[0][:, None, None] * parts[1][:, None] * parts[2]).ravel())
+    return np.array(result)
 
 
 def _boxes(count: int) -> Ints:

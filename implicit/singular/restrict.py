@@ -93,8 +93,8 @@ def restrict(
                 restrict_line(out, spare, first, stride, shape[a] - 1, lower[a], width[a])
         block = stride
     largest = 0.0
-    for v in out:
-        largest = max(largest, abs(v))
+    for k in range(high.size):
+        largest = abs(out[k]) if abs(out[k]) > largest else largest
     return 2.0**-52 * largest + 8 * (shape[0] + shape[1] + shape[2]) * PAIR_UNIT * total
 
 

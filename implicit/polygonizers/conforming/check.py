@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
+from implicit.kernels.elementary import OPTIONS
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 
@@ -25,7 +26,7 @@ _SINGULAR = 1e-6
 """The gradient at a singular point, as a share of the gradients a cell away."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**OPTIONS)
 def _list_turning(normals: Any, loose: Any, faces: Any, limit: float, rows: Any, cosines: Any) -> int:
     count = 0
     for row in range(len(faces)):
@@ -34,7 +35,8 @@ def _list_turning(normals: Any, loose: Any, faces: Any, limit: float, rows: Any,
             ab = normals[a, 0] * normals[b, 0] + normals[a, 1] * normals[b, 1] + normals[a, 2] * normals[b, 2]
             bc = normals[b, 0] * normals[c, 0] + normals[b, 1] * normals[c, 1] + normals[b, 2] * normals[c, 2]
             ca = normals[c, 0] * normals[a, 0] + normals[c, 1] * normals[a, 1] + normals[c, 2] * normals[a, 2]
-            least = min(ab, bc, ca)
+            least = ab if ab < bc else bc
+            least = least if least < ca else ca
             if least < limit:
                 rows[count], cosines[count] = row, least
                 count += 1

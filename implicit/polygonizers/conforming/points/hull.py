@@ -1,6 +1,7 @@
 """Bernstein bounds of the polynomials q(t, u, v) on the faces of a block, and of their derivatives along the faces."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.bernstein import polar_weights
+from implicit.kernels.elementary import INNER, OPTIONS
 
 FloatArray = NDArray[np.float64]
 
@@ -39,15 +41,27 @@ class Hull:
         result = np.empty((len(boxes), 6))
         shape = self.coefficients.shape[1:]
         error = 32 * (sum(shape) + 16) * float(np.finfo(float).eps)
-        weights = (polar_weights(n - 1) for n in shape)
-        _find_ranges(self.coefficients, self.sizes, np.ascontiguousarray(boxes), *weights, error, result)
+        weights = _weights(shape)
+        matrices, powers = np.empty((3, max(shape), max(shape))), np.empty((5, max(shape)))
+        _find_ranges(
+            self.coefficients, self.sizes, np.ascontiguousarray(boxes), weights, error, result, matrices, powers,
+            np.empty((3, *shape)),
+        )  # fmt: skip
         return result
 
 
-@njit(cache=True, nogil=True)
-def _fill_matrix(low: float, high: float, weights: Any, powers: Any, matrix: Any) -> None:
+@cache
+def _weights(shape: tuple[int, ...]) -> FloatArray:
+    """The weights of Bernstein coefficients of all axes in one array."""
+    table = np.zeros((3, max(shape), max(shape), max(shape)))
+    for part, n in zip(table, shape, strict=True):
+        part[:n, :n, :n] = polar_weights(n - 1)
+    return table
+
+
+@njit(**INNER)
+def _fill_matrix(low: float, high: float, weights: Any, n: int, powers: Any, matrix: Any) -> None:
     """Row m, column i: the mean of the products of m ends out of i upper and degree - i lower ones."""
-    n = len(weights)
     powers[0, 0] = powers[1, 0] = 1.0
     for m in range(1, n):
         powers[0, m], powers[1, m] = low * powers[0, m - 1], high * powers[1, m - 1]
@@ -59,22 +73,28 @@ def _fill_matrix(low: float, high: float, weights: Any, powers: Any, matrix: Any
             matrix[m, i] = total
 
 
-@njit(cache=True, nogil=True)
-def _find_ranges(faces: Any, abs_faces: Any, boxes: Any, wt: Any, wu: Any, wv: Any, error: float, result: Any) -> None:
-    a, b, c = faces.shape[1:]
-    matrices = np.empty((3, max(a, b, c), max(a, b, c)))
-    powers = np.empty((5, max(a, b, c)))
-    one, two, hull = np.empty((a, b, c)), np.empty((a, b, c)), np.empty((a, b, c))
+@njit(**OPTIONS)
+def _find_ranges(
+    faces: Any, abs_faces: Any, boxes: Any, weights: Any, error: float, result: Any, matrices: Any, powers: Any,
+    room: Any,
+) -> None:  # fmt: skip
+    _, a, b, c = room.shape
+    one, two, hull = room[0], room[1], room[2]
     for index in range(len(boxes)):
         box = boxes[index]
-        q, weight = faces[int(box[3, 0])], abs_faces[int(box[3, 0])]
+        face = int(box[3, 0])
+        q, weight = faces[face], abs_faces[face]
         for axis in range(3):
-            weights = wt if axis == 0 else wu if axis == 1 else wv
-            _fill_matrix(box[axis, 0], box[axis, 1], weights, powers[3:], matrices[axis])
-            for m in range(len(weights)):
-                powers[axis, m] = max(abs(powers[3, m]), abs(powers[4, m]))
-        one[:], two[:], hull[:] = 0.0, 0.0, 0.0
+            n = room.shape[1 + axis]
+            _fill_matrix(box[axis, 0], box[axis, 1], weights[axis], n, powers[3:], matrices[axis])
+            for m in range(n):
+                low, high = abs(powers[3, m]), abs(powers[4, m])
+                powers[axis, m] = low if low > high else high
         size = 0.0
+        for i in range(a):
+            for j in range(b):
+                for k in range(c):
+                    one[i, j, k] = two[i, j, k] = hull[i, j, k] = 0.0
         for i in range(a):
             for j in range(b):
                 for k in range(c):
@@ -94,18 +114,22 @@ def _find_ranges(faces: Any, abs_faces: Any, boxes: Any, wt: Any, wu: Any, wv: A
                     for k in range(c):
                         hull[m, j, k] += matrices[0, i, m] * two[i, j, k]
         slack = error * size
-        result[index, 0], result[index, 1] = hull.min() - slack, hull.max() + slack
-        for axis in range(1, 3):
-            width = box[axis, 1] - box[axis, 0]
-            n = hull.shape[axis] - 1
-            if n == 0 or width <= 0.0:
-                result[index, 2 * axis], result[index, 2 * axis + 1] = 0.0, 0.0
-                continue
-            low, high = np.inf, -np.inf
+        for axis in range(3):  # the values, then the steps along u and v
+            low, high, u, v = np.inf, -np.inf, int(axis == 1), int(axis == 2)
             for i in range(a):
-                for j in range(b - (axis == 1)):
-                    for k in range(c - (axis == 2)):
-                        step = hull[i, j + (axis == 1), k + (axis == 2)] - hull[i, j, k]
-                        low, high = min(low, step), max(high, step)
-            result[index, 2 * axis] = (low - 2 * slack) * n / width
-            result[index, 2 * axis + 1] = (high + 2 * slack) * n / width
+                for j in range(b - u):
+                    for k in range(c - v):
+                        step = hull[i, j + u, k + v]
+                        if axis > 0:
+                            step -= hull[i, j, k]
+                        low = step if step < low else low
+                        high = step if step > high else high
+            factor = 1.0
+            if axis > 0:
+                n, width = room.shape[1 + axis] - 1, box[axis, 1] - box[axis, 0]
+                factor = n / width if n > 0 and width > 0.0 else 0.0
+                slack = 2 * slack if axis == 1 else slack
+            if factor == 0.0:
+                low, high = 0.0, 0.0
+            result[index, 2 * axis] = (low - slack) * factor
+            result[index, 2 * axis + 1] = (high + slack) * factor
