@@ -11,11 +11,12 @@ from implicit.domain import Bounds
 from implicit.singular.arcs import Arc, Part, breaks_of, plane_range, trace
 from implicit.singular.chains import Chain, clip, distance, join, within
 from implicit.singular.conic import shape_of, t
+from implicit.singular.derivatives import Values
 from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
 from implicit.singular.ideal import singular_equations
 from implicit.singular.intersection import Shape, containing
-from implicit.singular.leaves import Values, count_leaves, leaf_changes, turning_points
+from implicit.singular.leaves import count_leaves, leaf_changes, turning_points
 from implicit.singular.projection import project
 from implicit.singular.region import Deadline
 from implicit.singular.rest import real_points, solve

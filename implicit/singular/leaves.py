@@ -4,96 +4,17 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from flint import arb
 from numpy.typing import NDArray
 
 from implicit.singular.chains import Chain
-from implicit.singular.form import Form, Monomial
+from implicit.singular.derivatives import Values
+from implicit.singular.form import Form
 
 Floats = NDArray[np.float64]
 
 _SAMPLES = 6  # places between special points where leaves are counted
 _APART = 0.02  # of the size of the bounds: how far these are from special points
-_PLACES, _TWICE = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), (1, 1, 1, 2, 2, 2)
 _ANGLES = np.linspace(0, 2 * np.pi, 1441)[:-1]
-
-
-class Values:
-    """The second derivatives of f in floats, all divided by the power of two that makes their coefficients about 1.
-
-    Undivided, the coefficients of a surface that was turned by floats pass 1e100, and products of minors overflow.
-    """
-
-    def __init__(self, form: Form) -> None:
-        seconds = [form.hessian[a][b].coefficients() for a, b in _PLACES]
-        largest = max((abs(c) for terms in seconds for c in terms.values()), default=arb(0))
-        mantissa, exponent = largest.mid().man_exp()
-        scale = arb(2) ** -(int(exponent) + int(mantissa).bit_length())
-        self.seconds = [_table(terms, scale) for terms in seconds]
-
-    def bend(self, points: Floats) -> tuple[Floats, Floats]:
-        """The sum of the principal 2x2 minors of the Hessian at points (n, 3), and the size of errors in it.
-
-        Where the Hessian is degenerate along the curve the sum is the product of its other two eigenvalues: negative
-        where two sheets cross, positive where the surface is only the curve, zero at pinch points.
-        """
-        xx, yy, zz, xy, xz, yz = (_evaluate(t, points) for t in self.seconds)
-        minors = xx * yy - xy**2 + xx * zz - xz**2 + yy * zz - yz**2
-        size = np.sqrt(xx**2 + yy**2 + zz**2 + 2 * (xy**2 + xz**2 + yz**2))
-        error = 1e-14 * sum(_evaluate((e, np.abs(c)), np.abs(points)) for e, c in self.seconds)
-        return minors, 100 * error * (size + error)
-
-    def stretch(self, points: Floats) -> tuple[Floats, Floats]:
-        """The sum of the squares of the second derivatives at points (n, 3), and the size of errors in it."""
-        square = sum(weight * _evaluate(t, points) ** 2 for t, weight in zip(self.seconds, _TWICE, strict=True))
-        error = 1e-12 * sum(_evaluate((e, np.abs(c)), np.abs(points)) for e, c in self.seconds)
-        return np.asarray(square), np.asarray(error**2)
-
-    def cubic(self, points: Floats, tangents: Floats) -> tuple[Floats, Floats]:
-        """The third derivative along k, and the size of errors in it: where the Hessian has rank 1, k is its null
-        vector across the tangents (n, 3) of a curve.
-        """
-        xx, yy, zz, xy, xz, yz = (_evaluate(t, points) for t in self.seconds)
-        hessian = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
-        steep = np.linalg.eigh(hessian)
-        first = np.take_along_axis(steep[1], np.abs(steep[0]).argmax(axis=1)[:, None, None], axis=2)[..., 0]
-        k = np.cross(first, tangents)
-        k /= np.maximum(np.linalg.norm(k, axis=1, keepdims=True), 1e-300)
-        total, size = np.zeros(len(points)), np.zeros(len(points))
-        for table, weight, (a, b) in zip(self.seconds, _TWICE, _PLACES, strict=True):
-            for axis in range(3):
-                slope = _derivative(table, axis)
-                total += weight * _evaluate(slope, points) * k[:, a] * k[:, b] * k[:, axis]
-                size += _evaluate((slope[0], np.abs(slope[1])), np.abs(points))
-        return total, 1e-12 * size
-
-    def noisy_bend(self, points: Floats, size: float) -> tuple[Floats, Floats]:
-        """The same, and errors that include those of the points themselves."""
-        minors, noise = self.bend(points)
-        step = 1e-6 * size
-        moved = [np.abs(self.bend(points + step * unit)[0] - minors) for unit in np.eye(3)]
-        return minors, noise + sum(moved) * 2e-11 * size / step
-
-
-def _table(terms: dict[Monomial, arb], scale: arb) -> tuple[NDArray[np.int64], Floats]:
-    values = np.array([float((c * scale).mid()) for c in terms.values()])
-    return np.array(list(terms), dtype=np.int64).reshape(-1, 3), values
-
-
-def _derivative(table: tuple[NDArray[np.int64], Floats], axis: int) -> tuple[NDArray[np.int64], Floats]:
-    exponents, coefficients = table
-    kept = exponents[:, axis] > 0
-    return exponents[kept] - np.eye(3, dtype=np.int64)[axis], coefficients[kept] * exponents[kept, axis]
-
-
-def _evaluate(table: tuple[NDArray[np.int64], Floats], points: Floats) -> Floats:
-    exponents, coefficients = table
-    highest = int(exponents.max(initial=0))
-    powers = points[:, :, None] ** np.arange(highest + 1)
-    total = np.zeros(len(points))
-    for (i, j, k), c in zip(exponents, coefficients, strict=True):
-        total += c * powers[:, 0, i] * powers[:, 1, j] * powers[:, 2, k]
-    return total
 
 
 def turning_points(chain: Chain, values: Values, box: Floats) -> list[tuple[int, Floats]]:

@@ -4,7 +4,7 @@ The tangent of a singular curve is a null vector of the Hessian H of f. With e2,
 
     where e2 is not 0 two sheets meet, real or complex; at its zeros they touch, or are complex on one side;
     where e2 is 0 all along there is a cusp; with k the other null vector, f_kkk is not 0 but where the cusp is sharper;
-    where H is 0 three sheets meet or more.
+    where H is 0 all along three sheets meet, real or complex, at zeros of their discriminant they touch; or more do.
 
 At a zero of even order no sign changes, so it is sought as a minimum: x^3 + x^2 z^2 = y^2 has one at the origin.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.singular.chains import Chain
-from implicit.singular.leaves import Values
+from implicit.singular.derivatives import Values
 
 Floats = NDArray[np.float64]
 Numbers = tuple[Floats, Floats]
@@ -81,9 +81,14 @@ def _measures(chain: Chain, values: Values, places: Floats, size: float) -> list
     def hessian(where: Floats) -> Numbers:
         return values.stretch(points(where))
 
+    def tangents(where: Floats) -> Floats:
+        return points(np.minimum(where + _STEP, places[-1])) - points(np.maximum(where - _STEP, 0))
+
     def cubic(where: Floats) -> Numbers:
-        tangents = points(np.minimum(where + _STEP, places[-1])) - points(np.maximum(where - _STEP, 0))
-        return values.cubic(points(where), tangents)
+        return values.cubic(points(where), tangents(where))
+
+    def triple(where: Floats) -> Numbers:
+        return values.triple(points(where), tangents(where))
 
     def vanishes(measure: Measure) -> bool:
         number, error = measure(places)
@@ -91,7 +96,8 @@ def _measures(chain: Chain, values: Values, places: Floats, size: float) -> list
 
     if not vanishes(minors):
         return [minors]
-    return [] if vanishes(hessian) else [measure for measure in (hessian, cubic) if not vanishes(measure)]
+    wanted = [triple] if vanishes(hessian) else [hessian, cubic]
+    return [measure for measure in wanted if not vanishes(measure)]
 
 
 def _minimum(measure: Measure, low: float, high: float) -> float:
