@@ -46,6 +46,12 @@ KNOWN = {
     "pullback of an umbrella": Known("(x^2 - 1)^2 = y^2 z", [], 2, (0, 4), [(1, 0, 0), (-1, 0, 0)]),
     "plane and isotropic cone": Known("x^3 + y^3 + z^3 - 3 x y z", [], 1, (0,), [(0, 0, 0)]),
     "cone over a cusp": Known("y^2 z = x^3", [], 1, (2,), [(0, 0, 0)]),
+    "nodes that are a cusp at one place": Known("x^3 + x^2 (z - 1/3)^2 = y^2", [], 1, (4,), [(0, 0, 1 / 3)]),
+    "cusps that are a tacnode at one place": Known("x^2 + (y - 1/3)^2 z^3 = z^4", [], 1, (2,), [(0, 1 / 3, 0)]),
+    "cusps that turn over": Known("x^2 = (y - 1/3) z^3 + z^5", [], 1, (2,), [(0, 1 / 3, 0)]),
+    "three sheets that touch at one place": Known(
+        "(x^2 - (y - 1/3)^2 z^2) (x + 2 z) + z^4", [], 1, (6,), [(0, 1 / 3, 0), (0, -5 / 3, 0)]
+    ),
     "cone over a smooth cubic": Known("y^2 z - x^3 + x z^2", [(0, 0, 0, "P8")]),
     "cone over a smooth quartic": Known("x^4 + y^4 - z^4", [(0, 0, 0, None)]),
     "real point of complex lines": Known("(x^2 + y^2)^2 + z^2", [(0, 0, 0, None)]),

@@ -28,7 +28,7 @@ _LEAST = 48
 _LOW = 0.6
 """A minimum is worth looking at where it is so small a share of what is beside it."""
 _NOTHING = 1e3
-"""What is nowhere more than so many times its error is 0 all along."""
+"""What is hardly anywhere more than so many times its error is 0 all along."""
 _ZERO = 1e-13
 """What is so small a share of what is beside it is 0."""
 _GOLDEN, _STEPS = (5**0.5 - 1) / 2, 70
@@ -92,7 +92,7 @@ def _measures(chain: Chain, values: Values, places: Floats, size: float) -> list
 
     def vanishes(measure: Measure) -> bool:
         number, error = measure(places)
-        return bool(np.all(np.abs(number) <= _NOTHING * error))
+        return bool(np.median(np.abs(number) / (error + 1e-300)) <= _NOTHING)
 
     if not vanishes(minors):
         return [minors]

@@ -105,9 +105,9 @@ def project(local: Local, points: FloatArray) -> FloatArray:
 
 
 def _typical(local: Local, points: FloatArray) -> FloatArray:
-    """The median gradient a cell away from each point."""
+    """The mean gradient a cell away from each point; most of those may be on singular curves, and have none."""
     around = points[:, None] + np.concatenate([np.eye(3), -np.eye(3)])
-    return np.median(np.linalg.norm(local.gradients(around)[1], axis=2), axis=1)
+    return np.asarray(np.linalg.norm(local.gradients(around)[1], axis=2).mean(axis=1))
 
 
 def find_arcs(local: Local, polylines: list[tuple[FloatArray, bool]], special: FloatArray, beyond: float) -> list[Arc]:

@@ -15,6 +15,8 @@ FloatArray = NDArray[np.float64]
 _SMALLEST = 1.6
 """The radius of the first trial, in cells."""
 _LARGEST = 8.0
+_SMALLER = (0.5, 0.7, 0.85)
+"""Links must be the same at the first of these shares of the radius at which they can be resolved."""
 _ENOUGH = 500
 """A link with more vertices than these is tried on a larger sphere."""
 
@@ -31,7 +33,7 @@ class Exit:
 
 @dataclass(frozen=True, eq=False)
 class Ball:
-    """A ball in lattice units, filled with the cone over its link; whether the link is the same at half the radius."""
+    """A ball in lattice units, filled with the cone over its link; whether the link is the same on a smaller sphere."""
 
     row: int
     center: FloatArray
@@ -66,9 +68,12 @@ def find_ball(
             break
         radius = min(1.5 * radius, most)
     _, radius, exits, link = best
-    half = _exits(arcs, row, center, radius / 2)
-    directions = np.array([(e.place - center) / (radius / 2) for e in half]).reshape(-1, 3)
-    inner = find_link(local, center, radius / 2, directions, link.directions[len(exits) :], spacing, rng)
+    for share in _SMALLER:
+        inside = radius * share
+        directions = np.array([(e.place - center) / inside for e in _exits(arcs, row, center, inside)]).reshape(-1, 3)
+        inner = find_link(local, center, inside, directions, link.directions[len(exits) :], spacing, rng)
+        if inner.resolved:
+            break
     return Ball(row, center, radius, exits, link, link.resolved and inner.topology == link.topology)
 
 

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _ROUNDS = 20
-_BUDGET = 1200
+_BUDGET = 3000
 _NARROWEST = 1e-4
 """Exits whose rings would be narrower than this angle are not told apart."""
 

