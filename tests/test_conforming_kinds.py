@@ -1,7 +1,7 @@
 """Surfaces on whose curves the kind of singularity changes at a point, and such with thin sheets far round a point.
 
-The topology follows from parametrizations: the first is the image of (s, z) -> (s^2 - z^2, s (s^2 - z^2), z); the others
-are graphs x = g(y, z), or pairs of them, over discs, half discs and quarters that meet on the axes.
+The topology follows from parametrizations: the first is the image of (s, z) -> (s^2 - z^2, s (s^2 - z^2), z); the
+others are graphs x = g(y, z), or pairs of them, over discs, half discs and quarters that meet on the axes.
 """
 
 from typing import Any
