@@ -33,9 +33,11 @@ class SingularCurve:
     """A curve of singular points, as an ordered polyline (n, 3) whose vertices lie on it.
 
     `expression` is an exact parametrization in t for lines and conics, else None. `special` (k, 3) are the pinch
-    points, triple points, cusps and crossings; each is a vertex of the polyline. `leaves`, one number per segment,
-    counts the leaves of the real surface that end on the curve there: 4 where two sheets cross, 2 on a cuspidal edge,
-    0 where the curve is solitary, that is, where the real surface is only the curve.
+    points, triple points, cusps and crossings, and the places where sheets touch that cross elsewhere, or cusps are
+    sharper; each is a vertex of the polyline. Not promised: such places where cusps are sharper than x^2 = y^3 all
+    along, or four sheets meet. `leaves`, one number per segment, counts the leaves of the real surface that end on the
+    curve there: 4 where two sheets cross, 2 on a cuspidal edge, 0 where the curve is solitary, that is, where the real
+    surface is only the curve.
     """
 
     polyline: Floats
