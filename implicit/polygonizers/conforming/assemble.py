@@ -159,8 +159,8 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
     used = np.zeros(len(vertices), bool)
     used[faces.ravel()] = True
     used[np.concatenate([special, *curves])] = True
-    number = np.cumsum(used) - 1
-    vertices, normals, faces = vertices[used], normals[used], number[faces]
+    number, kept = np.cumsum(used) - 1, np.flatnonzero(used)
+    vertices, normals, faces = vertices[kept], normals[kept], np.take(number, faces)
     fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
 
