@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _RETRIES = 3
+_WORSE = 3
+"""Where thinner tubes leave so many times as much in doubt, still thinner ones are not tried."""
 _HALF = 3**0.5 / 2
 """Half the diagonal of a cell."""
 
@@ -133,19 +135,22 @@ def mesh_neighbourhood(
         again = mesh_region(local, skeleton, before.zones, rng, before.patch)
         if not len(again.doubtful):
             return _conclude(again, skeleton, frame, before.courses, before.zones, limits)
-    patch = None
+    best: Neighbourhood | None = None
     for turn in range(_RETRIES + 1):
         courses, zones, tubes = _surroundings(local, frame, limits, whole, rng)
         skeleton = build_skeleton(frame.balls, tubes, rng)
         skeleton.add(seeds[zones.depth(seeds) <= 0])
         patch = mesh_region(local, skeleton, zones, rng) if len(skeleton.on) + len(skeleton.around) else None
+        found = _conclude(patch, skeleton, frame, courses, zones, list(limits))
+        best = found if best is None or len(found.doubtful) < len(best.doubtful) else best
         hopeless = bool(frame.doubtful) or not all(course.settled for course in courses)
+        hopeless |= len(found.doubtful) > _WORSE * len(best.doubtful)
         if not patch or not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless:
             break
-        if turn < _RETRIES:
-            size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
-            limits.append(np.concatenate([patch.blocked, size], axis=1))
-    return _conclude(patch, skeleton, frame, courses, zones, limits)
+        size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
+        limits.append(np.concatenate([patch.blocked, size], axis=1))
+    assert best is not None
+    return best
 
 
 def _conclude(
