@@ -136,9 +136,11 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
         kept, cut = _cut(side, faces, height)
         fresh = rim.reach(_on_wall(rim, old[cut[:, 0]], old[cut[:, 1]], height[cut[:, 0]], height[cut[:, 1]]))
         places, upright = (np.concatenate(pair) for pair in zip((vertices, normals), fresh, strict=True))
-        bad = np.append(split_vertices(kept, find_edges(kept, len(places))), _turned(places, upright, kept))
-        bad = bad[bad < len(old)]
-        bad = bad[movable[bad]]
+        moved = np.append(movable, np.zeros(len(places) - len(old), bool))
+        beside = kept[list_marked(kept, moved)]
+        split = split_vertices(beside, find_edges(beside, len(places)))
+        bad = np.append(split, _turned(places, upright, beside))
+        bad = bad[moved[bad]]
         if not len(bad):
             return places, upright, kept
         movable[bad] = False
