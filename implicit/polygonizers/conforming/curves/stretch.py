@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.curves.arc import Arc
+from implicit.polygonizers.conforming.curves.arc import Arc, nearest_other
 from implicit.polygonizers.conforming.curves.ring import Circles, Rings, counts, rings
 from implicit.polygonizers.conforming.curves.stations import Stations, gaps
 from implicit.polygonizers.conforming.curves.zone import Stretch
@@ -173,9 +172,7 @@ def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
     """
     places, lengths = course.places, course.lengths
     result = gaps(places, lengths, course.arc.closed) - _APART
-    others = [arc.nodes for number, arc in enumerate(arcs) if number != course.number]
-    if others:
-        result = np.minimum(result, cKDTree(np.concatenate(others)).query(places)[0] - _APART)
+    result = np.minimum(result, nearest_other(arcs, course.number, places, _WIDEST + _APART) - _APART)
     for ball in balls:
         result = np.minimum(result, np.linalg.norm(places - ball.center, axis=1) - ball.radius - _CLEAR)
     way = unit_rows(np.diff(places, axis=0))
