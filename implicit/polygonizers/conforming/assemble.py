@@ -23,7 +23,8 @@ from implicit.polygonizers.conforming.curves.rim import Ragged
 from implicit.polygonizers.conforming.draw import Draft, Sweep, draw
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.resolve import Cells, can_be_tried, outside, plan, resolve
+from implicit.polygonizers.conforming.neighbourhood import can_be_tried
+from implicit.polygonizers.conforming.resolve import Cells, outside, plan, resolve
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler

@@ -69,9 +69,13 @@ class Patch:
 
 
 def mesh_region(
-    local: Local, skeleton: Skeleton, zones: Zones, rng: np.random.Generator, before: Patch | None = None
-) -> Patch:
-    """The mesh near a skeleton, wrong in the zones; before: one with the first vertices of this skeleton."""
+    local: Local, skeleton: Skeleton, zones: Zones, rng: np.random.Generator, lacking: Callable[[Region], FloatArray],
+    before: Patch | None = None,
+) -> Patch:  # fmt: skip
+    """The mesh near a skeleton, wrong in the zones; before: one with the first vertices of this skeleton.
+
+    lacking: places beyond a region that is refined, at which there shall be vertices too. It is asked once.
+    """
     size = local.grid.cells
 
     def matters(places: FloatArray) -> NDArray[np.bool_]:
@@ -80,12 +84,12 @@ def mesh_region(
         return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
 
     doubtful, blocked = [], []
-    refined, waits = False, Waits()
+    refined, waits, asked = False, Waits(), False
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
     seen = before.seen if before else Seen()
-    dead, kept = np.zeros(0, bool), np.zeros((0, 3))
+    dead, kept, further = np.zeros(0, bool), np.zeros((0, 3)), False
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
         region = _region(held, kept if turn else _touched(skeleton, new), size)
@@ -102,11 +106,17 @@ def mesh_region(
         old = np.concatenate([stay, fresh[:known]])
         new_here = fresh if turn == 0 and not before else fresh[known:]
         doubted = np.concatenate([new_here, seen.hit_among(places, old)])
-        active = stay[met(signs, stay)] if turn == 0 else stay[:0]
+        active = stay[met(signs, stay)] if turn == 0 or further else stay[:0]
         wrong, spacing, ways = _unseen(local, places, signs, active, doubted, seen, matters)
         if not len(wrong):
             wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen, matters)
             ways = np.zeros_like(wrong)
+        further = not len(wrong) and not asked
+        if further:
+            asked, kept = True, skeleton.with_room(lacking(region), new)
+            around = np.concatenate([around, kept])
+            if len(kept):
+                continue
         if not len(wrong):
             refined = True
             break

@@ -66,10 +66,14 @@ class Skeleton:
         return result
 
     def add(self, points: FloatArray) -> None:
-        """Take in more vertices, those that lie outside the balls and tubes and not too near to others."""
-        points = points[self.free(points, 1.2, 1.5)]
+        """Take in more vertices, where there is room for them."""
         fixed = np.concatenate([self.on, self.around])
-        self.around = np.concatenate([self.around, points[thin(points, np.full(len(points), 0.5), fixed, 0.6)]])
+        self.around = np.concatenate([self.around, self.with_room(points, fixed)])
+
+    def with_room(self, points: FloatArray, fixed: FloatArray) -> FloatArray:
+        """Those points that lie outside the balls and tubes and not too near to each other and fixed places."""
+        points = points[self.free(points, 1.2, 1.5)]
+        return points[thin(points, np.full(len(points), 0.5), fixed, 0.6)]
 
     def onto_spheres(self, points: FloatArray) -> FloatArray:
         """The points, those deep in a ball pushed out to its sphere."""
