@@ -61,10 +61,10 @@ def renumbered(faces: IntArray, size: int) -> tuple[IntArray, IntArray]:
 
 def with_others(faces: IntArray, stay: NDArray[np.bool_], others: IntArray) -> IntArray:
     """The faces (F, 3) that stay, and others behind them: large arrays are written once."""
-    count = int(np.count_nonzero(stay))
-    result = np.empty((count + len(others), 3), np.int64)
-    np.compress(stay, faces, axis=0, out=result[:count])
-    result[count:] = others
+    rows = np.flatnonzero(stay)
+    result = np.empty((len(rows) + len(others), 3), np.int64)
+    np.take(faces, rows, axis=0, out=result[: len(rows)], mode="clip")  # several times as fast as by the mask itself
+    result[len(rows) :] = others
     return result
 
 

@@ -161,7 +161,8 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
     used[faces.ravel()] = True
     used[np.concatenate([special, *curves])] = True
     number = np.cumsum(used) - 1
-    vertices, normals, faces = vertices[used], normals[used], number[faces]
+    rows = np.flatnonzero(used)  # several times as fast as by the mask itself
+    vertices, normals, faces = vertices[rows], normals[rows], number[faces]
     fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
 

@@ -16,7 +16,6 @@ from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.block import Block, put_cones
 from implicit.polygonizers.conforming.points.inward import refine_inwards
 from implicit.polygonizers.conforming.tetrahedra.join import join_patch
-from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 from implicit.polygonizers.weld import list_marked
 from implicit.topology import renumbered, with_others
 
@@ -53,7 +52,9 @@ class Sweep:
         """The part with a vertex in some cells (n, 3) or beside them, and which faces do not belong to it."""
         size = self.grid.cells + 2
         meant = np.zeros(int(size.prod()), np.bool_)
-        meant[np.ravel_multi_index(tuple(cells_round(cells.astype(float) + 1, 1, size).T), tuple(size))] = True
+        keys = np.ravel_multi_index(tuple(cells.T + 1), tuple(size))
+        for stride in np.array(np.meshgrid(*[(-1, 0, 1)] * 3)).reshape(3, -1).T @ [size[1] * size[2], size[2], 1]:
+            meant[keys + stride] = True
         rows = list_marked(self.faces, meant[self._cells])
         names, faces = renumbered(self.faces[rows], len(self.vertices))
         rest = np.ones(len(self.faces), bool)

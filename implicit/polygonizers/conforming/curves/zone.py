@@ -31,6 +31,8 @@ _BEYOND = 1.0
 """So many cells outside zones it is known how far a place is."""
 RIM = 0.3
 """The rims of a mesh that was cut are less than so many cells away from the boundary of the zone."""
+_ASIDE = 0.4
+"""A place is at most so much farther from a station than from the curve, and radii differ by less on the way."""
 _STEPS = 8
 _EXACT = 1e-9
 """The last step across a curve, in cells."""
@@ -99,10 +101,10 @@ class Zones:
         return cKDTree(self._edges[0] + self._edges[1] / 2)
 
     def cells(self, size: IntArray) -> IntArray:
-        """The cells (n, 3) of a lattice round the zones."""
+        """The cells (n, 3) of a lattice round the zones: those and the ones beside them hold all rims."""
         found = [np.zeros((0, 3), np.int64)]
         for part in self.stretches:
-            reach = np.ceil(part.radii + RIM).astype(np.int64)
+            reach = np.ceil(part.radii + RIM + _ASIDE).astype(np.int64) - 1
             found += [cells_round(part.places[reach == cells], int(cells), size) for cells in np.unique(reach)]
         return np.concatenate(found)
 
