@@ -11,7 +11,7 @@ from implicit.polygonizers.conforming.enclose import changes
 from implicit.polygonizers.conforming.local import Local, among, at_all, distinct, merged, pairs_of, unit_rows
 from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.tetrahedra.region import Region, build_region, cells_round
-from implicit.polygonizers.conforming.tetrahedra.seen import WAY, Seen, Waits, names_of
+from implicit.polygonizers.conforming.tetrahedra.seen import Seen, Waits, names_of, names_of_all
 from implicit.polygonizers.conforming.tetrahedra.sheets import (
     find_roots,
     flat_tetrahedra,
@@ -187,10 +187,11 @@ def _unseen(
     looked = np.concatenate([active, fresh])
     edges = pairs_of(looked)
     edges = edges[at_all(signs != 0, edges)]
-    a, b = places[edges[:, 0]], places[edges[:, 1]]
-    keys = (a @ WAY) * (b @ WAY)
+    names = names_of(places)
+    keys = names[edges[:, 0]] * names[edges[:, 1]]
     left = ~among(keys, seen.edges)
-    edges, a, b = edges[left], a[left], b[left]
+    edges = edges[left]
+    a, b = places[edges[:, 0]], places[edges[:, 1]]
     crossed = changes(local, a, b)
     beyond = a + crossed.beyond[:, None] * (b - a)
     twice = crossed.counts > 1
@@ -207,7 +208,7 @@ def _unseen(
     hit, finger = hit[near], finger[near]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
     corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
-    seen.hit = distinct(places[corners.ravel()] @ WAY)
+    seen.hit = distinct(names[corners.ravel()])
     ways = np.concatenate([(b - a)[twice] / spacing[:, None], np.zeros_like(finger)])
     return np.concatenate([found, finger]), np.concatenate([spacing, length]), ways
 
@@ -229,7 +230,7 @@ def _turning(
     that face away from it at all corners.
     """
     tets = tetrahedra[met(signs, tetrahedra)]
-    keys = names_of(places, tets)
+    keys = names_of_all(names_of(places), tets)
     left = ~among(keys, seen.right)
     tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
