@@ -44,9 +44,9 @@ class Sweep:
 
     @cached_property
     def _cells(self) -> IntArray:
-        size = self.grid.cells + 2
-        x, y, z = (self.grid.to_units(self.vertices) + 1).astype(np.int64).T
-        return np.asarray((x * size[1] + y) * size[2] + z)
+        _, rows, row = self.grid.cells + 2
+        places = np.floor(self.grid.to_units(self.vertices))
+        return np.asarray((places + 1) @ np.array([rows * row, row, 1.0])).astype(np.int64)
 
     def near(self, cells: IntArray) -> tuple[NDArray[np.bool_], Near]:
         """The part with a vertex in some cells (n, 3) or beside them, and which faces do not belong to it."""
@@ -106,7 +106,9 @@ def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | 
     cells = [block.cells for block in blocks] + ([hood.cells, hood.zones.cells(sweep.grid.cells)] if hood else [])
     stay, near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
     first = len(near.names)
-    gone, cones = put_cones(near.vertices[near.faces], near.faces, sweep.grid, blocks, first)
+    gone, cones = np.zeros(len(near.faces), bool), near.faces[:0]
+    if blocks:
+        gone, cones = put_cones(near.vertices[near.faces], near.faces, sweep.grid, blocks, first)
     points = np.array([block.point for block in blocks]).reshape(-1, 3)
     added = _Added(gone, [points], [cones], first + np.arange(len(blocks)))
     if hood:

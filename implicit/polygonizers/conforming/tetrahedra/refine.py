@@ -120,12 +120,15 @@ def mesh_region(
         if not len(wrong):
             refined = True
             break
-        spacing = waits.nearer(wrong, spacing)
-        moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
-        free = skeleton.free(moved, SHALLOW, 1.0)
-        blocked.append(moved[~free])
-        kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
-        if not len(kept) and spacing.min() < _LEAST:
+        while True:  # all else stays as it is until a vertex finds room
+            spacing = waits.nearer(wrong, spacing)
+            moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
+            free = skeleton.free(moved, SHALLOW, 1.0)
+            blocked.append(moved[~free])
+            kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
+            if len(kept) or spacing.min() < _LEAST:
+                break
+        if not len(kept):
             break
         around = np.concatenate([around, kept])
     if not refined and len(wrong):
