@@ -162,7 +162,7 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
     used[np.concatenate([special, *curves])] = True
     number = np.cumsum(used) - 1
     rows = np.flatnonzero(used)  # several times as fast as by the mask itself
-    vertices, normals, faces = vertices[rows], normals[rows], number[faces]
+    vertices, normals, faces = vertices.take(rows, axis=0), normals.take(rows, axis=0), number.take(faces)
     fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
 
