@@ -131,7 +131,8 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     movable[_behind(vertices, height, faces, movable)] = False
     old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
     vertices[movable], normals[movable] = rim.reach(vertices[movable])
-    known, fresh = np.zeros(0, np.int64), (old[:0], ups[:0])
+    known = np.zeros(0, np.int64)
+    fresh: tuple[FloatArray, ...] = (old[:0], ups[:0])
     while True:
         side = np.where(movable | on, 0, np.where(height < 0, -1, 1)).astype(np.int8)
         kept, cut = _cut(side, faces, height)

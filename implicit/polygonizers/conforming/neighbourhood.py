@@ -135,7 +135,8 @@ def mesh_neighbourhood(
     if before is not None and same and before.patch:
         skeleton = replace(before.skeleton, around=before.patch.around)
         skeleton.add(seeds)
-        again = mesh_region(local, skeleton, before.zones, rng, partial(_lacking, local, before.zones, coarse), before.patch)
+        further = partial(_lacking, local, before.zones, coarse)
+        again = mesh_region(local, skeleton, before.zones, rng, further, before.patch)
         if not len(again.doubtful):
             return _conclude(again, skeleton, frame, before.courses, before.zones, limits)
     for turn in range(_RETRIES + 1):

@@ -52,7 +52,7 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class Circles:
-    """Several circles, looked at together: places (n, 3), axes (n, 3), radii (n,); all in space or all on one sphere."""
+    """Circles looked at together: places (n, 3), axes (n, 3), radii (n,); all in space or all on one sphere."""
 
     center: FloatArray
     u: FloatArray

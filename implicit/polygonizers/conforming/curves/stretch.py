@@ -131,7 +131,8 @@ def _clear_of_cells(local: Local, circles: Circles) -> tuple[FloatArray, Rings, 
         fresh = _rings(local, circles, left, radii[left])
         outer, inner = (known.replaced(left, more) for known, more in zip((outer, inner), fresh, strict=True))
         gap = radii[left] * np.sin(_least_angles(fresh[0]))
-        left, gap = (part[gap < _NEARLY * _GAP] for part in (left, gap))
+        near = gap < _NEARLY * _GAP
+        left, gap = left[near], gap[near]
         radii[left] *= _GAP / np.maximum(gap, 1e-9)
     radii[left] = np.inf
     return np.where(radii > _WIDEST, np.inf, radii), outer, inner

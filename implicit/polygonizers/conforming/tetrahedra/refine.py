@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.curves.zone import Zones
 from implicit.polygonizers.conforming.enclose import changes
-from implicit.polygonizers.conforming.local import Local, among, at_all, distinct, merged, pairs_of, unit_rows
+from implicit.polygonizers.conforming.local import (
+    Local,
+    among,
+    at_all,
+    distinct,
+    merged,
+    pairs_of,
+    unit_rows,
+    with_edges,
+)
 from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.tetrahedra.region import Region, build_region, cells_round
 from implicit.polygonizers.conforming.tetrahedra.seen import Seen, Waits, names_of, names_of_all
@@ -210,20 +219,10 @@ def _unseen(
     near = matters(finger)
     hit, finger = hit[near], finger[near]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
+    corners = np.concatenate([same[hit], with_edges(looked, edges[twice])])
     seen.hit = distinct(names[corners.ravel()])
     ways = np.concatenate([(b - a)[twice] / spacing[:, None], np.zeros_like(finger)])
     return np.concatenate([found, finger]), np.concatenate([spacing, length]), ways
-
-
-def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
-    """The tetrahedra with one of the edges (n, 2), lower vertex first."""
-    if not len(edges):
-        return tetrahedra[:0]
-    size = int(tetrahedra.max()) + 1
-    corners = np.sort(tetrahedra, axis=1)
-    names = [corners[:, i] * size + corners[:, j] for j in range(4) for i in range(j)]
-    return tetrahedra[np.isin(np.column_stack(names), edges @ np.array([size, 1])).any(axis=1)]
 
 
 def _turning(

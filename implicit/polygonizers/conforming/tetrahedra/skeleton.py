@@ -59,9 +59,7 @@ class Skeleton:
         rows = np.flatnonzero(result)
         if self._tree is None or not len(rows):
             return result
-        pairs = cKDTree(points[rows]).sparse_distance_matrix(
-            self._tree, 1.8 * self._radii.max(), output_type="ndarray"
-        )
+        pairs = cKDTree(points[rows]).sparse_distance_matrix(self._tree, 1.8 * self._radii.max(), output_type="ndarray")
         rows, near = rows[pairs["i"]], pairs["j"]
         way = points[rows] - self._middles[near]
         along = np.einsum("ij,ij->i", way, self._ways[near])
