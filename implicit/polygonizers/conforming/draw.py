@@ -45,8 +45,8 @@ class Sweep:
     @cached_property
     def _cells(self) -> IntArray:
         _, rows, row = self.grid.cells + 2
-        places = np.floor(self.grid.to_units(self.vertices))
-        return np.asarray((places + 1) @ np.array([rows * row, row, 1.0])).astype(np.int64)
+        x, y, z = np.floor(self.grid.to_units(self.vertices).T)  # a product with so long a matrix would wake threads
+        return np.asarray(((x + 1) * (rows * row) + (y + 1) * row + (z + 1)).astype(np.int64))
 
     def near(self, cells: IntArray) -> tuple[NDArray[np.bool_], Near]:
         """The part with a vertex in some cells (n, 3) or beside them, and which faces do not belong to it."""
