@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from implicit import Ball, Surface
 from implicit.polygonizers.conforming.check import turning
 from implicit.polygonizers.conforming.curves.arc import Arc
-from implicit.polygonizers.conforming.curves.ring import Circle, counts, crossings, stable
+from implicit.polygonizers.conforming.curves.ring import Circle, Circles, counts, crossings, stable
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local, among, distinct, frame, merged, pairs_of
 from implicit.polygonizers.conforming.points.blowup import Germ, has_regular_cone
@@ -104,7 +104,7 @@ def test_many_circles_are_crossed_as_each_alone() -> None:
         signs = local.signs(np.concatenate([p + share * (q - p) for p, q in pairwise(corners)]))
         assert len(angles) >= np.count_nonzero(np.diff(signs))
         assert (np.diff(angles) >= 0).all()
-    assert [len(angles) for angles in together] == counts(local, circles)[0].tolist()
+    assert [len(angles) for angles in together] == counts(local, Circles.of(circles))[0].tolist()
 
 
 def test_stable_circles_are_crossed_as_often_at_all_scales() -> None:
@@ -115,7 +115,8 @@ def test_stable_circles_are_crossed_as_often_at_all_scales() -> None:
     assert number.tolist() == [2, 2, 2]
     for circle in found:
         assert circle is not None
-        assert counts(local, [circle.scaled(share) for share in (1.0, 0.3, 0.1, 0.02)])[0].tolist() == [2] * 4
+        smaller = Circles.of([circle.scaled(share) for share in (1.0, 0.3, 0.1, 0.02)])
+        assert counts(local, smaller)[0].tolist() == [2] * 4
 
 
 def test_an_arc_is_cut_where_it_leaves_a_sphere() -> None:

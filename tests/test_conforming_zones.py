@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from implicit import Ball, Surface
 from implicit.polygonizers.conforming.curves import ribbon, stretch
 from implicit.polygonizers.conforming.curves.rim import Rim
-from implicit.polygonizers.conforming.curves.ring import Circle
+from implicit.polygonizers.conforming.curves.ring import Circle, Circles
 from implicit.polygonizers.conforming.curves.stations import _smooth
 from implicit.polygonizers.conforming.curves.zone import ZoneRim, Zones
 from implicit.polygonizers.conforming.grid import Grid
@@ -33,7 +33,7 @@ def _radius(local: Local) -> float:
     """The radius of a zone round the z axis at the origin."""
     middle = local.grid.to_units(np.zeros((1, 3)))[0]
     circle = Circle(middle, *frame(np.array([0.0, 0, 1])), stretch._LEAST_RADIUS)
-    return float(stretch._clear_of_cells(local, [circle])[0][0])
+    return float(stretch._clear_of_cells(local, Circles.of([circle]))[0][0])
 
 
 @pytest.mark.parametrize("slope", [0.2, 0.25, 0.4, 0.7, 1.0])

@@ -131,18 +131,36 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     movable[_behind(vertices, height, faces, movable)] = False
     old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
     vertices[movable], normals[movable] = rim.reach(vertices[movable])
+    known = np.zeros(0, np.int64)
+    fresh: tuple[FloatArray, ...] = (old[:0], ups[:0])
     while True:
         side = np.where(movable | on, 0, np.where(height < 0, -1, 1)).astype(np.int8)
         kept, cut = _cut(side, faces, height)
-        fresh = rim.reach(_on_wall(rim, old[cut[:, 0]], old[cut[:, 1]], height[cut[:, 0]], height[cut[:, 1]]))
+        keys = cut @ np.array([len(old), 1])
+        more = ~np.isin(keys, known)
+        (p, q), (low, high) = (part[cut[more].T] for part in (old, height))
+        fresh = _merged(more, fresh, np.isin(known, keys), rim.reach(_on_wall(rim, p, q, low, high)))
+        known = keys
         places, upright = (np.concatenate(pair) for pair in zip((vertices, normals), fresh, strict=True))
-        bad = np.append(split_vertices(kept, find_edges(kept, len(places))), _turned(places, upright, kept))
-        bad = bad[bad < len(old)]
-        bad = bad[movable[bad]]
+        moved = np.append(movable, np.zeros(len(places) - len(old), bool))
+        beside = kept[list_marked(kept, moved)]
+        split = split_vertices(beside, find_edges(beside, len(places)))
+        bad = np.append(split, _turned(places, upright, beside))
+        bad = bad[moved[bad]]
         if not len(bad):
             return places, upright, kept
         movable[bad] = False
         vertices[bad], normals[bad] = old[bad], ups[bad]
+
+
+def _merged(
+    more: NDArray[np.bool_], known: tuple[FloatArray, ...], stay: NDArray[np.bool_], fresh: tuple[FloatArray, ...]
+) -> tuple[FloatArray, ...]:
+    """Arrays (n, 3) with fresh rows where there are `more`, and in between, in order, those that stay of known ones."""
+    result = tuple(np.empty((len(more), 3)) for _ in fresh)
+    for target, old, new in zip(result, known, fresh, strict=True):
+        target[more], target[~more] = new, old[stay]
+    return result
 
 
 def _on_wall(rim: Rim, p: FloatArray, q: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:

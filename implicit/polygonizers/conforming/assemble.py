@@ -23,7 +23,8 @@ from implicit.polygonizers.conforming.curves.rim import Ragged
 from implicit.polygonizers.conforming.draw import Draft, Sweep, draw
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.resolve import Cells, can_be_tried, outside, plan, resolve
+from implicit.polygonizers.conforming.neighbourhood import can_be_tried
+from implicit.polygonizers.conforming.resolve import Cells, outside, plan, resolve
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
@@ -159,8 +160,9 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
     used = np.zeros(len(vertices), bool)
     used[faces.ravel()] = True
     used[np.concatenate([special, *curves])] = True
-    number, kept = np.cumsum(used) - 1, np.flatnonzero(used)
-    vertices, normals, faces = vertices[kept], normals[kept], np.take(number, faces)
+    number = np.cumsum(used) - 1
+    rows = np.flatnonzero(used)  # several times as fast as by the mask itself
+    vertices, normals, faces = vertices.take(rows, axis=0), normals.take(rows, axis=0), number.take(faces)
     fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
 

@@ -16,7 +16,6 @@ from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.block import Block, put_cones
 from implicit.polygonizers.conforming.points.inward import refine_inwards
 from implicit.polygonizers.conforming.tetrahedra.join import join_patch
-from implicit.polygonizers.conforming.tetrahedra.region import cells_round
 from implicit.polygonizers.weld import list_marked
 from implicit.topology import renumbered, with_others
 
@@ -45,15 +44,17 @@ class Sweep:
 
     @cached_property
     def _cells(self) -> IntArray:
-        size = self.grid.cells + 2
-        x, y, z = (self.grid.to_units(self.vertices) + 1).astype(np.int64).T
-        return np.asarray((x * size[1] + y) * size[2] + z)
+        _, rows, row = self.grid.cells + 2
+        x, y, z = np.floor(self.grid.to_units(self.vertices).T)  # a product with so long a matrix would wake threads
+        return np.asarray(((x + 1) * (rows * row) + (y + 1) * row + (z + 1)).astype(np.int64))
 
     def near(self, cells: IntArray) -> tuple[NDArray[np.bool_], Near]:
         """The part with a vertex in some cells (n, 3) or beside them, and which faces do not belong to it."""
         size = self.grid.cells + 2
         meant = np.zeros(int(size.prod()), np.bool_)
-        meant[np.ravel_multi_index(tuple(cells_round(cells.astype(float) + 1, 1, size).T), tuple(size))] = True
+        keys = np.ravel_multi_index(tuple(cells.T + 1), tuple(size))
+        for stride in np.array(np.meshgrid(*[(-1, 0, 1)] * 3)).reshape(3, -1).T @ [size[1] * size[2], size[2], 1]:
+            meant[keys + stride] = True
         rows = list_marked(self.faces, meant[self._cells])
         names, faces = renumbered(self.faces[rows], len(self.vertices))
         rest = np.ones(len(self.faces), bool)
@@ -105,7 +106,9 @@ def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | 
     cells = [block.cells for block in blocks] + ([hood.cells, hood.zones.cells(sweep.grid.cells)] if hood else [])
     stay, near = sweep.near(np.concatenate([np.zeros((0, 3), np.int64), *cells]))
     first = len(near.names)
-    gone, cones = put_cones(near.vertices[near.faces], near.faces, sweep.grid, blocks, first)
+    gone, cones = np.zeros(len(near.faces), bool), near.faces[:0]
+    if blocks:
+        gone, cones = put_cones(near.vertices[near.faces], near.faces, sweep.grid, blocks, first)
     points = np.array([block.point for block in blocks]).reshape(-1, 3)
     added = _Added(gone, [points], [cones], first + np.arange(len(blocks)))
     if hood:

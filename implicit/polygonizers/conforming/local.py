@@ -110,6 +110,16 @@ def pairs_of(simplices: IntArray) -> IntArray:
     return np.column_stack([keys // size, keys % size])
 
 
+def with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
+    """The tetrahedra with one of the edges (n, 2), lower vertex first."""
+    if not len(edges):
+        return tetrahedra[:0]
+    size = int(tetrahedra.max()) + 1
+    corners = np.sort(tetrahedra, axis=1)
+    names = [corners[:, i] * size + corners[:, j] for j in range(4) for i in range(j)]
+    return tetrahedra[np.isin(np.column_stack(names), edges @ np.array([size, 1])).any(axis=1)]
+
+
 def proper(faces: IntArray) -> IntArray:
     """The faces (n, 3) with three different corners."""
     a, b, c = faces.T

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import Rim
+from implicit.polygonizers.conforming.check import hidden
 from implicit.polygonizers.conforming.curves.arc import Arc, find_arcs
 from implicit.polygonizers.conforming.curves.repeats import CLOSE, apart, beside_arcs, without_repeats
 from implicit.polygonizers.conforming.curves.stations import FOLLOWED, Stations, find_stations
@@ -16,6 +17,7 @@ from implicit.polygonizers.conforming.curves.zone import Zones
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.points.ball import Ball, find_ball
 from implicit.polygonizers.conforming.tetrahedra.refine import Patch, mesh_region
+from implicit.polygonizers.conforming.tetrahedra.region import Region
 from implicit.polygonizers.conforming.tetrahedra.skeleton import Skeleton, build_skeleton
 
 FloatArray = NDArray[np.float64]
@@ -24,6 +26,8 @@ IntArray = NDArray[np.int64]
 _RETRIES = 3
 _WORSE = 3
 """Where thinner tubes leave so many times as much in doubt, still thinner ones are not tried."""
+_MOST_SEEDS = 300
+"""If the sweep is too coarse in more places than these, nothing is tried."""
 _HALF = 3**0.5 / 2
 """Half the diagonal of a cell."""
 
@@ -118,12 +122,13 @@ def find_frame(
 
 def mesh_neighbourhood(
     local: Local, special: FloatArray, polylines: list[tuple[FloatArray, bool]], beyond: float, seeds: FloatArray,
-    before: Neighbourhood | None, whole: frozenset[int],
+    coarse: FloatArray, before: Neighbourhood | None, whole: frozenset[int],
 ) -> Neighbourhood:  # fmt: skip
     """The mesh round special points (k, 3), curves and seeds (n, 3), in lattice units.
 
     Curves go on `beyond` cells past the walls; seeds are further vertices. What was found `before` with fewer seeds
     is where the search for more vertices starts, if the special points are the same. whole: arcs without zones.
+    coarse (n, 3): places that are seeds too, if all that matters else is refined and they are not taken in.
     """
     rng = np.random.default_rng(5)
     same = before is not None and np.array_equal(before.frame.special, special)
@@ -132,7 +137,8 @@ def mesh_neighbourhood(
     if before is not None and same and before.patch:
         skeleton = replace(before.skeleton, around=before.patch.around)
         skeleton.add(seeds)
-        again = mesh_region(local, skeleton, before.zones, rng, before.patch)
+        further = partial(_lacking, local, before.zones, coarse)
+        again = mesh_region(local, skeleton, before.zones, rng, further, before.patch)
         if not len(again.doubtful):
             return _conclude(again, skeleton, frame, before.courses, before.zones, limits)
     best: Neighbourhood | None = None
@@ -140,7 +146,9 @@ def mesh_neighbourhood(
         courses, zones, tubes = _surroundings(local, frame, limits, whole, rng)
         skeleton = build_skeleton(frame.balls, tubes, rng)
         skeleton.add(seeds[zones.depth(seeds) <= 0])
-        patch = mesh_region(local, skeleton, zones, rng) if len(skeleton.on) + len(skeleton.around) else None
+        patch, further = None, partial(_lacking, local, zones, coarse)
+        if len(skeleton.on) + len(skeleton.around):
+            patch = mesh_region(local, skeleton, zones, rng, further)
         found = _conclude(patch, skeleton, frame, courses, zones, list(limits))
         best = found if best is None or len(found.doubtful) < len(best.doubtful) else best
         hopeless = bool(frame.doubtful) or not all(course.settled for course in courses)
@@ -151,6 +159,19 @@ def mesh_neighbourhood(
         limits.append(np.concatenate([patch.blocked, size], axis=1))
     assert best is not None
     return best
+
+
+def can_be_tried(local: Local, seeds: FloatArray) -> bool:
+    """Whether there are few places, and it is proved that nothing is singular in their cells."""
+    few = len(seeds) <= _MOST_SEEDS
+    return few and not len(hidden(local.field, local.grid, np.unique(np.floor(seeds).astype(np.int64), axis=0)))
+
+
+def _lacking(local: Local, zones: Zones, coarse: FloatArray, region: Region) -> FloatArray:
+    """The places (n, 3) that neither a region nor a zone takes in, if they can be tried."""
+    beyond = coarse[~region.holds(np.floor(coarse).astype(np.int64))]
+    beyond = beyond[zones.depth(beyond) <= 0]
+    return beyond if can_be_tried(local, beyond) else beyond[:0]
 
 
 def _conclude(

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.check import hidden
 from implicit.polygonizers.conforming.curves.repeats import SAME, apart
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.neighbourhood import Neighbourhood, mesh_neighbourhood
+from implicit.polygonizers.conforming.neighbourhood import Neighbourhood, can_be_tried, mesh_neighbourhood
 from implicit.polygonizers.conforming.points.block import Block, find_blocks
 
 if TYPE_CHECKING:
@@ -28,8 +27,6 @@ _APART = 5.0
 """A block nearer than this to other singular points or curves is given up for tetrahedra."""
 _FILLED = 3.0
 """Tetrahedra reach at least so many cells from singular points and curves."""
-_MOST_SEEDS = 300
-"""If the sweep is too coarse in more places than these, nothing is tried."""
 _BEYOND = 8.2
 """Singular curves are followed so many cells beyond the bounds, so that the widest zones end there."""
 
@@ -42,11 +39,15 @@ def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Blocks to begin with, the rows of isolated points without one, and places (n, 3) that tetrahedra must reach."""
+    """Blocks to begin with, the rows of isolated points without one, and places (n, 3) that tetrahedra must reach.
+
+    coarse (m, 3): all places where the sweep is too coarse.
+    """
 
     blocks: list[Block]
     rest: IntArray
     seeds: FloatArray
+    coarse: FloatArray
 
 
 def plan(local: Local, locus: SingularLocus, coarse: FloatArray) -> Plan:
@@ -61,9 +62,9 @@ def plan(local: Local, locus: SingularLocus, coarse: FloatArray) -> Plan:
     if len(special) + len(nodes) and len(seeds):
         seeds = seeds[cKDTree(np.concatenate([special, nodes])).query(seeds)[0] > _FILLED]
     if can_be_tried(local, seeds):
-        return Plan(blocks, rest, seeds)
+        return Plan(blocks, rest, seeds, coarse)
     more, rest = find_blocks(local.field, local.grid, isolated, rest, coarse[:0])
-    return Plan(blocks + more, rest, seeds[:0])
+    return Plan(blocks + more, rest, seeds[:0], coarse)
 
 
 def outside(places: FloatArray, skipped: Sequence[Cells]) -> FloatArray:
@@ -71,11 +72,6 @@ def outside(places: FloatArray, skipped: Sequence[Cells]) -> FloatArray:
     for holds in skipped:
         places = places[~holds(np.floor(places).astype(np.int64))]
     return places
-
-
-def can_be_tried(local: Local, seeds: FloatArray) -> bool:
-    """Whether there are few places, and it is proved that nothing is singular in their cells."""
-    return len(seeds) <= _MOST_SEEDS and not len(hidden(local.field, local.grid, np.floor(seeds).astype(np.int64)))
 
 
 def resolve(
@@ -100,7 +96,8 @@ def resolve(
             return blocks, None
         clash = [block for block in blocks if _gap(block, np.concatenate([special, nodes, seeds])) < _APART]
         if not clash:
-            hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, before, whole)
+            coarse = outside(plan.coarse, [block.holds for block in blocks])
+            hood = before = mesh_neighbourhood(local, special, lines, _BEYOND, seeds, coarse, before, whole)
             clash = [block for block in blocks if hood.holds(block.cells).any()]
             if not clash:
                 return blocks, hood

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from implicit.polygonizers.conforming.local import Local
 
@@ -45,6 +46,11 @@ class Arc:
     def lengths(self) -> FloatArray:
         """The length (n,) from the start to each node."""
         return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.nodes, axis=0), axis=1)))
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """The nodes, to look for those near a point."""
+        return cKDTree(self.nodes, balanced_tree=False, compact_nodes=False)
 
     def places(self, parameters: FloatArray) -> FloatArray:
         """Points (n, 3) of the singular curve at parameters (n,)."""
@@ -108,6 +114,15 @@ def _typical(local: Local, points: FloatArray) -> FloatArray:
     """The mean gradient a cell away from each point; most of those may be on singular curves, and have none."""
     around = points[:, None] + np.concatenate([np.eye(3), -np.eye(3)])
     return np.asarray(np.linalg.norm(local.gradients(around)[1], axis=2).mean(axis=1))
+
+
+def nearest_other(arcs: list[Arc], number: int, places: FloatArray, most: float) -> FloatArray:
+    """How far (n,) nodes of other arcs than one of these are from places (n, 3), infinite where that is more."""
+    result = np.full(len(places), np.inf)
+    for other, arc in enumerate(arcs):
+        if other != number:
+            result = np.minimum(result, arc.tree.query(places, distance_upper_bound=most)[0])
+    return result
 
 
 def find_arcs(local: Local, polylines: list[tuple[FloatArray, bool]], special: FloatArray, beyond: float) -> list[Arc]:

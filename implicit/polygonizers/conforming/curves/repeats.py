@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from implicit.polygonizers.conforming.curves.arc import Arc
 
@@ -57,20 +56,23 @@ def without_repeats(arcs: list[Arc]) -> tuple[list[Arc], FloatArray]:
 
 def _close(points: FloatArray, arc: Arc) -> Mask:
     """Which points (n, 3) are close to the chords on both sides of the nearest node of an arc."""
-    nearest = cKDTree(arc.nodes).query(points)[1].astype(np.int64) if len(points) else np.zeros(0, np.int64)
+    farthest = CLOSE + np.diff(arc.lengths).max()  # half a chord from the nearest of its ends would do
+    nearest = arc.tree.query(points, distance_upper_bound=farthest)[1].astype(np.int64)
     result = np.zeros(len(points), bool)
+    rows = np.flatnonzero(nearest < len(arc.nodes))
+    points, nearest = points[rows], nearest[rows]
     for first in (nearest - 1, nearest):
         row = np.clip(first, 0, len(arc.nodes) - 2)
         start, way = arc.nodes[row], arc.nodes[row + 1] - arc.nodes[row]
         share = np.einsum("ij,ij->i", points - start, way) / np.einsum("ij,ij->i", way, way)
         foot = start + share.clip(0, 1)[:, None] * way
-        result |= np.linalg.norm(points - foot, axis=1) < CLOSE
+        result[rows] |= np.linalg.norm(points - foot, axis=1) < CLOSE
     return result
 
 
 def _on(points: FloatArray, arc: Arc) -> Mask:
     """Which points (n, 3) are points of an arc, the nearest found by steps along its chords."""
-    t = cKDTree(arc.nodes).query(points)[1].astype(float)
+    t = arc.tree.query(points)[1].astype(float)
     for _ in range(4):
         rest = points - arc.places(t)
         row = np.minimum(t.astype(np.int64), len(arc.nodes) - 2)

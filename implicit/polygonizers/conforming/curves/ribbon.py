@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from implicit.polygonizers.clip import cut_along
 from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, fault, find_rims, in_order
 from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim
-from implicit.polygonizers.conforming.local import Local, among, at_some, proper
+from implicit.polygonizers.conforming.local import Local, among, at_all, at_some, proper
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.inward import Mesh, split_fans, turned
 
@@ -84,7 +84,9 @@ def _lay(rim: ZoneRim, mesh: Mesh, curves: list[IntArray], fixed: Flags) -> Mesh
 def _check(rim: ZoneRim, mesh: Mesh, fixed: Flags) -> None:
     """Raise Ragged if a vertex of some faces is not on f = 0, or one of them, but slivers, is turned over."""
     vertices, normals, faces = mesh
-    loose = np.unique(faces[~fixed[faces]])
+    used = np.zeros(len(vertices), bool)
+    used[faces.ravel()] = True
+    loose = np.flatnonzero(used & ~fixed)
     values, slopes = rim.local.field.gradients(vertices[loose])
     off = loose[np.abs(values) > _OFF * rim.cell * np.linalg.norm(slopes, axis=1)]
     bad = faces[turned(vertices, normals, fixed, faces)]
@@ -137,15 +139,14 @@ def _halved(rim: ZoneRim, mesh: Mesh, curve: Flags, outer: IntArray) -> Mesh:
     for _ in range(_HALVINGS):
         ends = np.sort(fans[:, [0, 1, 0, 2]].reshape(-1, 2), axis=1)
         length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-        long = (length > _WIDE * rim.cell) & ~(
-            curve[ends].all(axis=1) | among(ends @ [len(curve), 1], outer @ [len(curve), 1])
-        )
+        long = length > _WIDE * rim.cell
+        long[long] = ~(at_all(curve, ends[long]) | among(ends[long] @ [len(curve), 1], outer @ [len(curve), 1]))
         if not long.any():
             break
-        found, inverse = np.unique(ends[long], axis=0, return_inverse=True)
-        places, directions = rim.onto(vertices[found].mean(axis=1))
+        keys, inverse = np.unique(ends[long] @ [len(curve), 1], return_inverse=True)
+        places, directions = rim.onto((vertices[keys // len(curve)] + vertices[keys % len(curve)]) / 2)
         halves = fans[:, 1:].ravel()
-        halves[long] = len(vertices) + inverse.ravel()
+        halves[long] = len(vertices) + inverse
         vertices, normals = np.concatenate([vertices, places]), np.concatenate([normals, directions])
         on = curve[fans[:, 0]]
         curve = np.append(curve, np.zeros(len(places), bool))

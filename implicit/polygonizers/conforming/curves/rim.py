@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.curves.zone import RIM, Stretch, ZoneRim, Zones
-from implicit.polygonizers.conforming.points.block import boundary
+from implicit.topology import renumbered
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -43,11 +43,9 @@ class Rim:
 def find_rims(rim: ZoneRim, vertices: FloatArray, faces: IntArray, fixed: Flags) -> list[Rim]:
     """The rims of all sheets."""
     zones = rim.zones
-    edges = boundary(faces)
-    names, inverse = np.unique(edges, return_inverse=True)
+    names, edge = renumbered(_open_edges(faces, len(vertices)), len(vertices))
     feet = zones.measure(rim.local.grid.to_units(vertices[names]))
     owner, along, depth = feet.owner, feet.along, feet.depth
-    edge = inverse.reshape(-1, 2)
     close = np.abs(depth) < RIM
     for row, stretch in enumerate(zones.stretches):
         if not stretch.closed:
@@ -59,25 +57,38 @@ def find_rims(rim: ZoneRim, vertices: FloatArray, faces: IntArray, fixed: Flags)
     return [_rim(zones, owner[chain], names[chain], along[chain]) for chain in _chains(edge, fixed[names])]
 
 
+def _open_edges(faces: IntArray, size: int) -> IntArray:
+    """The directed edges (n, 2) of the faces, over `size` vertices, whose opposite is no edge of them."""
+    start, stop = np.concatenate(faces.T), np.concatenate([faces[:, 1], faces[:, 2], faces[:, 0]])
+    low, high = np.minimum(start, stop), np.maximum(start, stop)
+    keys = np.sort((low * size + high) * 2 + (start > stop))
+    pair, back = keys // 2, keys % 2
+    last = np.append(pair[1:] != pair[:-1], True)[: len(keys)]
+    first = np.append(True, last[:-1])[: len(keys)]
+    whole = np.repeat(back[first] == back[last], np.diff(np.flatnonzero(first), append=len(keys)))
+    low, high, back = pair[whole] // size, pair[whole] % size, back[whole]
+    return np.column_stack([np.where(back, high, low), np.where(back, low, high)])
+
+
 def _chains(edges: IntArray, stops: Flags) -> list[IntArray]:
     """The edges (n, 2) put one behind the other, from vertices where others end, begin or meet, or round."""
-    follow = {a: b for a, b in edges.tolist() if not stops[a]}
-    ends = {b for _, b in edges.tolist() if not stops[b]}
-    begin = [(a, b) for a, b in edges.tolist() if stops[a] or a not in ends]
-    chains = []
-    for a, b in begin:
-        chain = [a, b]
-        if not stops[a]:
-            del follow[a]
-        while chain[-1] in follow:
-            chain.append(follow.pop(chain[-1]))
-        chains.append(np.array(chain))
-    while follow:
-        chain = list(follow.popitem())
-        while chain[-1] in follow:
-            chain.append(follow.pop(chain[-1]))
-        chains.append(np.array(chain))
-    return chains
+    goes = edges[~stops[edges[:, 0]]]
+    after = np.full(len(stops), -1)
+    after[goes[:, 0]] = goes[:, 1]
+    entered = np.zeros(len(stops), bool)
+    entered[edges[:, 1]] = True
+    follow = after.tolist()
+    chains = [_chain(pair, follow) for pair in edges[(stops | ~entered)[edges[:, 0]]].tolist()]
+    return chains + [_chain([a, follow[a]], follow) for a in goes[:, 0].tolist() if follow[a] >= 0]
+
+
+def _chain(chain: list[int], follow: list[int]) -> IntArray:
+    """A chain of vertices, from its first two on; what follows each vertex, -1 for nothing, is used up."""
+    follow[chain[0]] = -1
+    while (ahead := follow[chain[-1]]) >= 0:
+        follow[chain[-1]] = -1
+        chain.append(ahead)
+    return np.array(chain)
 
 
 def _rim(zones: Zones, owner: IntArray, names: IntArray, along: FloatArray) -> Rim:

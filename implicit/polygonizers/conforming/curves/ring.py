@@ -51,29 +51,35 @@ class Circle:
 
 
 @dataclass(frozen=True, eq=False)
-class _Many:
-    """Several circles, looked at together: places (n, 3), axes (n, 3), radii (n,)."""
+class Circles:
+    """Circles looked at together: places (n, 3), axes (n, 3), radii (n,); all in space or all on one sphere."""
 
-    circles: list[Circle]
     center: FloatArray
     u: FloatArray
     v: FloatArray
     radius: FloatArray
+    sphere: tuple[FloatArray, float] | None = None
 
     @classmethod
-    def of(cls, circles: list[Circle]) -> "_Many":
+    def of(cls, circles: list[Circle]) -> "Circles":
+        """Those of a list."""
         center, u, v = (np.array([getattr(c, name) for c in circles]).reshape(-1, 3) for name in ("center", "u", "v"))
-        return cls(circles, center, u, v, np.array([circle.radius for circle in circles]))
+        radius = np.array([circle.radius for circle in circles])
+        return cls(center, u, v, radius, circles[0].sphere if circles else None)
+
+    def scaled(self, rows: IntArray, factors: FloatArray) -> "Circles":
+        """Circles `rows` (k,) with their radii times factors, (k,) or one."""
+        center, u, v, radius = (part[rows] for part in (self.center, self.u, self.v, self.radius))
+        return Circles(center, u, v, radius * factors, self.sphere)
 
     @property
     def sides(self) -> tuple[FloatArray, FloatArray]:
-        """The ends (n sides, 3) of the sides of regular polygons; all in space or all on one sphere."""
+        """The ends (n sides, 3) of the sides of regular polygons."""
         turn = 2 * np.pi * np.arange(_SIDES) / _SIDES + 0.0123
         across = np.cos(turn)[:, None] * self.u[:, None] + np.sin(turn)[:, None] * self.v[:, None]
         points = self.center[:, None] + self.radius[:, None, None] * across
-        sphere = self.circles[0].sphere if self.circles else None
-        if sphere is not None:
-            points = sphere[0] + sphere[1] * unit_rows(points - sphere[0])
+        if self.sphere is not None:
+            points = self.sphere[0] + self.sphere[1] * unit_rows(points - self.sphere[0])
         return points.reshape(-1, 3), np.roll(points, -1, axis=1).reshape(-1, 3)
 
     def angles(self, rows: IntArray, points: FloatArray) -> FloatArray:
@@ -83,12 +89,26 @@ class _Many:
         return np.asarray(np.arctan2(y, x) % (2 * np.pi))
 
 
-def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
-    """For each circle the angles (n,) in [0, 2 pi) where f changes sign on its polygon, ascending."""
-    if not circles:
-        return []
-    many = _Many.of(circles)
-    a, b = many.sides
+@dataclass(frozen=True, eq=False)
+class Rings:
+    """How often (n,) circles are crossed, and at which angles (n, k): so many ascending ones, then infinite ones."""
+
+    number: IntArray
+    angles: FloatArray
+
+    def replaced(self, rows: IntArray, fresh: "Rings") -> "Rings":
+        """These, with fresh ones in some rows."""
+        number = self.number.copy()
+        angles = np.full((len(number), max(self.angles.shape[1], fresh.angles.shape[1])), np.inf)
+        angles[:, : self.angles.shape[1]] = self.angles
+        angles[rows] = np.inf
+        number[rows], angles[rows, : fresh.angles.shape[1]] = fresh.number, fresh.angles
+        return Rings(number, angles)
+
+
+def rings(local: Local, circles: Circles) -> Rings:
+    """The angles in [0, 2 pi) where f changes sign on the polygon of each circle."""
+    a, b = circles.sides
     found = changes(local, a, b)
     unsure = np.flatnonzero(~found.sure)  # two changes, one at each end
     side = np.concatenate([found.owner[found.sure], found.owner[unsure], found.owner[unsure]])
@@ -99,14 +119,24 @@ def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
     shares = np.concatenate([found.low[unsure], found.high[unsure]])[:, None]
     places = np.concatenate([roots, a[side][len(low) :] + shares * way[len(low) :]])
     owner = side // _SIDES
-    angles = many.angles(owner, places)
+    angles = circles.angles(owner, places)
     order = np.lexsort((angles, owner))
-    return np.split(angles[order], np.cumsum(np.bincount(owner, minlength=len(circles)))[:-1])
+    number = np.bincount(owner, minlength=len(circles.radius))
+    result = np.full((len(number), int(number.max(initial=0))), np.inf)
+    owner = owner[order]
+    result[owner, np.arange(len(owner)) - (np.cumsum(number) - number)[owner]] = angles[order]
+    return Rings(number, result)
 
 
-def counts(local: Local, circles: list[Circle]) -> tuple[IntArray, NDArray[np.bool_]]:
+def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
+    """For each circle the angles (n,) in [0, 2 pi) where f changes sign on its polygon, ascending."""
+    found = rings(local, Circles.of(circles))
+    return [angles[:number] for number, angles in zip(found.number, found.angles, strict=True)]
+
+
+def counts(local: Local, circles: Circles) -> tuple[IntArray, NDArray[np.bool_]]:
     """How often (n,) the polygons of circles are crossed, and of which that can be seen, not lost in rounding."""
-    found = changes(local, *_Many.of(circles).sides)
+    found = changes(local, *circles.sides)
     return found.counts.reshape(-1, _SIDES).sum(axis=1), np.asarray(found.loud.reshape(-1, _SIDES).all(axis=1))
 
 
@@ -116,17 +146,18 @@ def stable(local: Local, circles: list[Circle], least: float) -> tuple[list[Circ
     """
     found: list[Circle | None] = [None] * len(circles)
     number = np.zeros(len(circles), np.int64)
-    left = list(range(len(circles)))
+    many, left = Circles.of(circles), np.arange(len(circles))
     factor = 1.0
-    while left and factor > least:
-        tried = [circles[row].scaled(factor * scale) for row in left for scale in _SCALES]
+    while len(left) and factor > least:
+        tried = many.scaled(np.repeat(left, len(_SCALES)), factor * np.tile(_SCALES, len(left)))
         crossed, seen = (part.reshape(-1, len(_SCALES)) for part in counts(local, tried))
         same = ((crossed == crossed[:, :1]) | ~seen).all(axis=1) & seen[:, 0]
         if factor == 1.0:
             number[:] = crossed[:, 0]
-        for place in np.flatnonzero(same):
-            found[left[place]], number[left[place]] = circles[left[place]].scaled(factor), crossed[place, 0]
-        left = [row for row, done in zip(left, same, strict=True) if not done]
+        number[left[same]] = crossed[same, 0]
+        for row in left[same].tolist():
+            found[row] = circles[row].scaled(factor)
+        left = left[~same]
         factor /= 2**0.5
     return found, number
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from implicit.polygonizers.conforming.curves.arc import Arc
+from implicit.polygonizers.conforming.curves.arc import Arc, nearest_other
 from implicit.polygonizers.conforming.curves.ring import Circle, stable
 from implicit.polygonizers.conforming.local import Local, frame
 from implicit.polygonizers.conforming.points.ball import Ball
@@ -123,9 +123,7 @@ def _sizes(
 ) -> FloatArray:  # fmt: skip
     """The size (n,) of the rings at points q (n, 3) with lengths s (n,), from what is near."""
     h = np.full(len(s), _WIDEST)
-    others = [arc.nodes for other, arc in enumerate(arcs) if other != number]
-    if others:
-        h = np.minimum(h, 0.45 * cKDTree(np.concatenate(others)).query(q, distance_upper_bound=_WIDEST / 0.45)[0])
+    h = np.minimum(h, 0.45 * nearest_other(arcs, number, q, _WIDEST / 0.45))
     h = np.minimum(h, 0.45 * gaps(q, s, arcs[number].closed))
     for row, ball in enumerate(balls):
         if row not in [place[0] for place in (start, end) if place]:

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from implicit.polygonizers.conforming.curves.arc import Arc
-from implicit.polygonizers.conforming.curves.ring import Circle, counts, crossings
+from implicit.polygonizers.conforming.curves.arc import Arc, nearest_other
+from implicit.polygonizers.conforming.curves.ring import Circles, Rings, counts, rings
 from implicit.polygonizers.conforming.curves.stations import Stations, gaps
 from implicit.polygonizers.conforming.curves.zone import Stretch
 from implicit.polygonizers.conforming.local import Local, frame, unit_rows
@@ -99,73 +98,73 @@ def _sheets(local: Local, courses: list[Stations]) -> tuple[IntArray, FloatArray
     """
     places = np.concatenate([course.places for course in courses])
     axes = frame(unit_rows(np.concatenate([_ways(course) for course in courses])))
-    circles = [Circle(*parts, _LEAST_RADIUS) for parts in zip(places, *axes, strict=True)]
+    circles = Circles(places, *axes, np.full(len(places), _LEAST_RADIUS))
     radii, outer, inner = _clear_of_cells(local, circles)
-    sheets = np.full(len(circles), -1)
+    sheets = np.full(len(places), -1)
     rows = np.flatnonzero(radii < np.inf)
-    number, same = _alike([outer[row] for row in rows], [inner[row] for row in rows])
+    number, same = _alike(*(Rings(part.number[rows], part.angles[rows]) for part in (outer, inner)))
     factors = radii[rows, None] / _LEAST_RADIUS * _SCALES
-    smaller = [circles[row].scaled(factor) for row, own in zip(rows, factors, strict=True) for factor in own]
+    smaller = circles.scaled(np.repeat(rows, len(_SCALES)), factors.ravel())
     crossed, seen = (part.reshape(factors.shape) for part in counts(local, smaller))
     same &= ((crossed == number[:, None]) | ~seen).all(axis=1)
     sheets[rows] = np.where(same, number, -1)
     return sheets, radii
 
 
-def _clear_of_cells(local: Local, circles: list[Circle]) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
+def _clear_of_cells(local: Local, circles: Circles) -> tuple[FloatArray, Rings, Rings]:
     """The least radii (n,) at which sheets are so far apart that no cell meets two, infinite where a zone would be too
     wide, and the angles of the sheets on rings of these radii and on inner ones.
 
     The distance of two sheets is taken for a power of the radius, as it is of straight sheets and of cusps; where a
     ring does not bear it out, for a multiple.
     """
-    outer, inner = _rings(local, circles)
-    gaps, nearer = (np.maximum(np.sin(_least_angles(rings)), 1e-9) for rings in (outer, inner))
-    radii = np.full(len(circles), _LEAST_RADIUS)
+    radii = circles.radius.copy()
+    outer, inner = _rings(local, circles, np.arange(len(radii)), radii)
+    gaps, nearer = (np.maximum(np.sin(_least_angles(found)), 1e-9) for found in (outer, inner))
     left = np.flatnonzero(_LEAST_RADIUS * gaps < _GAP)
     power = 1 - np.log(gaps[left] / nearer[left]) / np.log(_INNER)
     radii[left] *= (_GAP / _LEAST_RADIUS / gaps[left]) ** (1 / power.clip(1, None))
     for _ in range(_TRIES):
         left = left[radii[left] <= _WIDEST]
-        fresh = _rings(local, [circles[row].scaled(radii[row] / _LEAST_RADIUS) for row in left])
-        for row, own, near in zip(left, *fresh, strict=True):
-            outer[row], inner[row] = own, near
-        gap = radii[left] * np.sin(_least_angles(fresh[0]))
-        left, gap = (part[gap < _NEARLY * _GAP] for part in (left, gap))
         if not len(left):
             break
+        fresh = _rings(local, circles, left, radii[left])
+        outer, inner = (known.replaced(left, more) for known, more in zip((outer, inner), fresh, strict=True))
+        gap = radii[left] * np.sin(_least_angles(fresh[0]))
+        near = gap < _NEARLY * _GAP
+        left, gap = left[near], gap[near]
         radii[left] *= _GAP / np.maximum(gap, 1e-9)
     radii[left] = np.inf
     return np.where(radii > _WIDEST, np.inf, radii), outer, inner
 
 
-def _rings(local: Local, circles: list[Circle]) -> tuple[list[FloatArray], list[FloatArray]]:
-    """The angles at which circles are crossed, and inner ones."""
-    found = crossings(local, [*circles, *(circle.scaled(_INNER) for circle in circles)])
-    return found[: len(circles)], found[len(circles) :]
+def _rings(local: Local, circles: Circles, rows: IntArray, radii: FloatArray) -> tuple[Rings, Rings]:
+    """Where some of the circles are crossed, with these radii, and inner ones."""
+    factors = radii / circles.radius[rows]
+    found = rings(local, circles.scaled(np.tile(rows, 2), np.append(factors, _INNER * factors)))
+    outer, inner = slice(0, len(rows)), slice(len(rows), None)
+    return Rings(found.number[outer], found.angles[outer]), Rings(found.number[inner], found.angles[inner])
 
 
-def _least_angles(rings: list[FloatArray]) -> FloatArray:
+def _least_angles(found: Rings) -> FloatArray:
     """The least angle (n,) between neighbours on each ring, at most a right one."""
-    number = np.array([len(angles) for angles in rings], np.int64)
-    least = np.full(len(rings), np.pi / 2)
-    for sheets in np.unique(number[number > 0]):
-        rows = np.flatnonzero(number == sheets)
-        angles = np.array([rings[row] for row in rows])
+    least = np.full(len(found.number), np.pi / 2)
+    for sheets in np.unique(found.number[found.number > 0]):
+        rows = np.flatnonzero(found.number == sheets)
+        angles = found.angles[rows, :sheets]
         least[rows] = np.diff(angles, append=angles[:, :1] + 2 * np.pi).min(axis=1).clip(0, np.pi / 2)
     return least
 
 
-def _alike(outer: list[FloatArray], inner: list[FloatArray]) -> tuple[IntArray, Mask]:
+def _alike(outer: Rings, inner: Rings) -> tuple[IntArray, Mask]:
     """How many angles (n,) there are on each outer ring, and whether they are nearly the same on the inner one."""
-    number, other = (np.array([len(angles) for angles in rings], np.int64) for rings in (outer, inner))
-    same = number == other
-    for sheets in np.unique(number[same & (number > 0)]):
-        rows = np.flatnonzero(same & (number == sheets))
-        out, near = (np.array([rings[row] for row in rows]) for rings in (outer, inner))
+    same = outer.number == inner.number
+    for sheets in np.unique(outer.number[same & (outer.number > 0)]):
+        rows = np.flatnonzero(same & (outer.number == sheets))
+        out, near = (found.angles[rows, :sheets] for found in (outer, inner))
         turns = np.array([np.abs((np.roll(near, k, axis=1) - out + np.pi) % (2 * np.pi) - np.pi) for k in (-1, 0, 1)])
         same[rows] = turns.max(axis=2).min(axis=0) < _STRAIGHT
-    return number, same
+    return outer.number, same
 
 
 def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
@@ -174,9 +173,7 @@ def _room(course: Stations, arcs: list[Arc], balls: list[Ball]) -> FloatArray:
     """
     places, lengths = course.places, course.lengths
     result = gaps(places, lengths, course.arc.closed) - _APART
-    others = [arc.nodes for number, arc in enumerate(arcs) if number != course.number]
-    if others:
-        result = np.minimum(result, cKDTree(np.concatenate(others)).query(places)[0] - _APART)
+    result = np.minimum(result, nearest_other(arcs, course.number, places, _WIDEST + _APART) - _APART)
     for ball in balls:
         result = np.minimum(result, np.linalg.norm(places - ball.center, axis=1) - ball.radius - _CLEAR)
     way = unit_rows(np.diff(places, axis=0))

@@ -31,6 +31,8 @@ _BEYOND = 1.0
 """So many cells outside zones it is known how far a place is."""
 RIM = 0.3
 """The rims of a mesh that was cut are less than so many cells away from the boundary of the zone."""
+_ASIDE = 0.4
+"""A place is at most so much farther from a station than from the curve, and radii differ by less on the way."""
 _STEPS = 8
 _EXACT = 1e-9
 """The last step across a curve, in cells."""
@@ -99,9 +101,12 @@ class Zones:
         return cKDTree(self._edges[0] + self._edges[1] / 2)
 
     def cells(self, size: IntArray) -> IntArray:
-        """The cells (n, 3) of a lattice round the zones."""
-        parts = [cells_round(part.places, int(np.ceil(part.radii.max() + RIM)), size) for part in self.stretches]
-        return np.concatenate([np.zeros((0, 3), np.int64), *parts])
+        """The cells (n, 3) of a lattice round the zones: those and the ones beside them hold all rims."""
+        found = [np.zeros((0, 3), np.int64)]
+        for part in self.stretches:
+            reach = np.ceil(part.radii + RIM + _ASIDE).astype(np.int64) - 1
+            found += [cells_round(part.places[reach == cells], int(cells), size) for cells in np.unique(reach)]
+        return np.concatenate(found)
 
     def measure(self, places: FloatArray) -> "Feet":
         """The feet of places (n, 3) on the curves."""
@@ -114,17 +119,29 @@ class Zones:
         farthest = float(ends[..., 1].max() + np.linalg.norm(ways, axis=1).max() / 2) + _BEYOND
         edges = self._tree.query(places, k=list(range(1, _NEIGHBOURS + 1)), distance_upper_bound=farthest)[1]
         near = np.flatnonzero(edges[:, 0] < len(starts))
-        edge = np.where(edges[near] < len(starts), edges[near], edges[near, :1])
-        rest = places[near, None] - starts[edge]
-        share = np.einsum("nki,nki->nk", rest, ways[edge]) / np.einsum("nki,nki->nk", ways[edge], ways[edge])
-        share = share.clip(0, 1)
-        away = np.linalg.norm(rest - share[..., None] * ways[edge], axis=2)
-        best = np.arange(len(near)), away.argmin(axis=1)
-        edge, share = edge[best], share[best][:, None]
-        owner[near], way[near], foot[near] = whose[edge], unit(ways[edge]), starts[edge] + share * ways[edge]
+        edge, share, away = self._nearest(places[near], edges[near])
+        share = share[:, None]
+        owner[near], way[near], foot[near] = whose[edge], unit(ways)[edge], starts[edge] + share * ways[edge]
         along[near], radius = ((1 - share) * ends[edge, 0] + share * ends[edge, 1]).T
-        depth[near] = np.maximum(radius - away[best], -_BEYOND)
+        depth[near] = np.maximum(radius - away, -_BEYOND)
         return Feet(owner, along, depth, foot, way)
+
+    def _nearest(self, places: FloatArray, edges: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Which of some edges (n, k) is nearest to each place (n, 3), the share of it before the foot, and how far away
+        that is. Edges that do not exist come last, and never first.
+        """
+        starts, ways, _, _ = self._edges
+        square = np.einsum("ij,ij->i", ways, ways)
+        best, share, away = edges[:, 0], np.zeros(len(places)), np.full(len(places), np.inf)
+        for column in edges.T:  # a few long arrays are several times as fast as many short rows
+            edge = np.where(column < len(starts), column, edges[:, 0])
+            rest, way = (places - starts[edge]).T, ways[edge].T
+            part = ((rest[0] * way[0] + rest[1] * way[1] + rest[2] * way[2]) / square[edge]).clip(0, 1)
+            rest -= part * way
+            distance = np.sqrt(rest[0] ** 2 + rest[1] ** 2 + rest[2] ** 2)
+            nearer = distance < away
+            best, share, away = (np.where(nearer, *p) for p in ((edge, best), (part, share), (distance, away)))
+        return best, share, away
 
     def depth(self, places: FloatArray) -> FloatArray:
         """How deep (n,) places (n, 3) are inside, in cells, negative outside."""

@@ -18,6 +18,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from implicit.polygonizers.conforming.local import among, at_all, at_some
 from implicit.polygonizers.conforming.tetrahedra.region import Region, cells_round
+from implicit.topology import renumbered
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -100,27 +101,29 @@ def _add(last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: Float
 def _replace(places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int) -> tuple[IntArray, bool]:
     """Tetrahedra in place of those that are gone, with the vertices from `first` on; whether they fit exactly."""
     if not len(gone):
-        return np.zeros((0, 4), np.int64), first == len(places)
-    names = np.random.default_rng(0).integers(0, 2**62, len(places))
+        return gone, first == len(places)
+    used, gone = renumbered(gone, len(places))
+    old, volume = used[gone], _volume(places[used[gone]]).sum()
+    used = np.concatenate([used, np.arange(first, len(places))])
+    count, alive = int(gone.max()) + 1, np.ones(len(used), bool)
+    alive[:count] = ~np.append(dead, np.zeros(len(places) - len(dead), bool))[used[:count]]
+    names = np.random.default_rng(0).integers(0, 2**62, len(used))
     keys = np.sort(_face_names(names, gone), axis=None)
     alone = np.append(True, keys[1:] != keys[:-1]) & np.append(keys[1:] != keys[:-1], True)
-    hole = _components(gone, len(places))
-    home = np.full(len(places) - first, hole[0])
+    hole = _components(gone, count)
+    home = np.full(len(used) - count, hole[0])
     if (hole != hole[0]).any():
-        home = hole[cKDTree(places[gone].mean(axis=1)).query(places[first:])[1]]
-    alive = np.ones(len(places), bool)
-    alive[: len(dead)] = ~dead
+        home = hole[cKDTree(places[old].mean(axis=1)).query(places[first:])[1]]
     parts = []
     for number in np.unique(hole):
-        used = np.unique(gone[hole == number])
-        rows = np.concatenate([used[alive[used]], first + np.flatnonzero(home == number)])
+        corners = np.unique(gone[hole == number])
+        rows = np.concatenate([corners[alive[corners]], count + np.flatnonzero(home == number)])
         if len(rows) < _SIMPLEST:
-            return gone[:0], False
-        delaunay = Delaunay(places[rows])
+            return old[:0], False
+        delaunay = Delaunay(places[used[rows]])
         parts.append((rows, delaunay.simplices.astype(np.int64), delaunay.neighbors.astype(np.int64)))
-    filled = _inside(parts, names, keys[alone], first)
-    volume = _volume(places[filled]).sum() / _volume(places[gone]).sum()
-    return filled, bool(abs(volume - 1) < _SLACK)
+    filled = used[_inside(parts, names, keys[alone], count)]
+    return filled, bool(abs(_volume(places[filled]).sum() / volume - 1) < _SLACK)
 
 
 def _inside(parts: list[tuple[IntArray, IntArray, IntArray]], names: IntArray, rim: IntArray, first: int) -> IntArray:

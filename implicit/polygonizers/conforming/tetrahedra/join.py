@@ -18,7 +18,8 @@ def join_patch(
     """Which faces lie in the patch's cells, and its faces in their place; its vertices, those `on` (n, 3) the singular
     set first, numbered from `first` on; and how many vertices between the patch and the sweep did not match.
     """
-    cells = np.floor(grid.to_units(vertices[faces].mean(axis=1))).astype(np.int64)
+    a, b, c = (vertices[corner] for corner in faces.T)
+    cells = np.floor(grid.to_units((a + b + c) / 3)).astype(np.int64)
     inside = patch.region.holds(cells)
     number = first + len(on) + np.arange(len(patch.places))
     special = np.full(int(patch.names.max(initial=0)) + 1, -1)

@@ -8,10 +8,19 @@ from numpy.typing import NDArray
 
 from implicit.polygonizers.conforming.curves.zone import Zones
 from implicit.polygonizers.conforming.enclose import changes
-from implicit.polygonizers.conforming.local import Local, among, at_all, distinct, merged, pairs_of, unit_rows
+from implicit.polygonizers.conforming.local import (
+    Local,
+    among,
+    at_all,
+    distinct,
+    merged,
+    pairs_of,
+    unit_rows,
+    with_edges,
+)
 from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.tetrahedra.region import Region, build_region, cells_round
-from implicit.polygonizers.conforming.tetrahedra.seen import WAY, Seen, Waits, names_of
+from implicit.polygonizers.conforming.tetrahedra.seen import Seen, Waits, names_of, names_of_all
 from implicit.polygonizers.conforming.tetrahedra.sheets import (
     find_roots,
     flat_tetrahedra,
@@ -69,9 +78,13 @@ class Patch:
 
 
 def mesh_region(
-    local: Local, skeleton: Skeleton, zones: Zones, rng: np.random.Generator, before: Patch | None = None
-) -> Patch:
-    """The mesh near a skeleton, wrong in the zones; before: one with the first vertices of this skeleton."""
+    local: Local, skeleton: Skeleton, zones: Zones, rng: np.random.Generator, lacking: Callable[[Region], FloatArray],
+    before: Patch | None = None,
+) -> Patch:  # fmt: skip
+    """The mesh near a skeleton, wrong in the zones; before: one with the first vertices of this skeleton.
+
+    lacking: places beyond a region that is refined, at which there shall be vertices too. It is asked once.
+    """
     size = local.grid.cells
 
     def matters(places: FloatArray) -> NDArray[np.bool_]:
@@ -80,12 +93,12 @@ def mesh_region(
         return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
 
     doubtful, blocked = [], []
-    refined, waits = False, Waits()
+    refined, waits, asked = False, Waits(), False
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
     held = before.region if before else None
     seen = before.seen if before else Seen()
-    dead, kept = np.zeros(0, bool), np.zeros((0, 3))
+    dead, kept, further = np.zeros(0, bool), np.zeros((0, 3)), False
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
         region = _region(held, kept if turn else _touched(skeleton, new), size)
@@ -102,20 +115,29 @@ def mesh_region(
         old = np.concatenate([stay, fresh[:known]])
         new_here = fresh if turn == 0 and not before else fresh[known:]
         doubted = np.concatenate([new_here, seen.hit_among(places, old)])
-        active = stay[met(signs, stay)] if turn == 0 else stay[:0]
+        active = stay[met(signs, stay)] if turn == 0 or further else stay[:0]
         wrong, spacing, ways = _unseen(local, places, signs, active, doubted, seen, matters)
         if not len(wrong):
             wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen, matters)
             ways = np.zeros_like(wrong)
+        further = not len(wrong) and not asked
+        if further:
+            asked, kept = True, skeleton.with_room(lacking(region), new)
+            around = np.concatenate([around, kept])
+            if len(kept):
+                continue
         if not len(wrong):
             refined = True
             break
-        spacing = waits.nearer(wrong, spacing)
-        moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
-        free = skeleton.free(moved, SHALLOW, 1.0)
-        blocked.append(moved[~free])
-        kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
-        if not len(kept) and spacing.min() < _LEAST:
+        while True:  # all else stays as it is until a vertex finds room
+            spacing = waits.nearer(wrong, spacing)
+            moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
+            free = skeleton.free(moved, SHALLOW, 1.0)
+            blocked.append(moved[~free])
+            kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
+            if len(kept) or spacing.min() < _LEAST:
+                break
+        if not len(kept):
             break
         around = np.concatenate([around, kept])
     if not refined and len(wrong):
@@ -177,10 +199,11 @@ def _unseen(
     looked = np.concatenate([active, fresh])
     edges = pairs_of(looked)
     edges = edges[at_all(signs != 0, edges)]
-    a, b = places[edges[:, 0]], places[edges[:, 1]]
-    keys = (a @ WAY) * (b @ WAY)
+    names = names_of(places)
+    keys = names[edges[:, 0]] * names[edges[:, 1]]
     left = ~among(keys, seen.edges)
-    edges, a, b = edges[left], a[left], b[left]
+    edges = edges[left]
+    a, b = places[edges[:, 0]], places[edges[:, 1]]
     crossed = changes(local, a, b)
     beyond = a + crossed.beyond[:, None] * (b - a)
     twice = crossed.counts > 1
@@ -196,20 +219,10 @@ def _unseen(
     near = matters(finger)
     hit, finger = hit[near], finger[near]
     length = np.linalg.norm(places[same[hit][:, 0]] - places[same[hit][:, 1]], axis=1)
-    corners = np.concatenate([same[hit], _with_edges(looked, edges[twice])])
-    seen.hit = distinct(places[corners.ravel()] @ WAY)
+    corners = np.concatenate([same[hit], with_edges(looked, edges[twice])])
+    seen.hit = distinct(names[corners.ravel()])
     ways = np.concatenate([(b - a)[twice] / spacing[:, None], np.zeros_like(finger)])
     return np.concatenate([found, finger]), np.concatenate([spacing, length]), ways
-
-
-def _with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
-    """The tetrahedra with one of the edges (n, 2), lower vertex first."""
-    if not len(edges):
-        return tetrahedra[:0]
-    size = int(tetrahedra.max()) + 1
-    corners = np.sort(tetrahedra, axis=1)
-    names = [corners[:, i] * size + corners[:, j] for j in range(4) for i in range(j)]
-    return tetrahedra[np.isin(np.column_stack(names), edges @ np.array([size, 1])).any(axis=1)]
 
 
 def _turning(
@@ -219,7 +232,7 @@ def _turning(
     that face away from it at all corners.
     """
     tets = tetrahedra[met(signs, tetrahedra)]
-    keys = names_of(places, tets)
+    keys = names_of_all(names_of(places), tets)
     left = ~among(keys, seen.right)
     tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)

@@ -41,7 +41,7 @@ class Region:
     @cached_property
     def tree(self) -> cKDTree:
         """All places, to look for those near a point."""
-        return cKDTree(self.places)
+        return cKDTree(self.places, balanced_tree=False, compact_nodes=False)
 
     @cached_property
     def _keys(self) -> IntArray:

@@ -16,9 +16,16 @@ _STUCK = 1 / 6
 """Where others kept a vertex out the round before, it may be nearer to them by so much."""
 
 
-def names_of(places: FloatArray, tetrahedra: IntArray) -> FloatArray:
-    """Numbers (n,) for tetrahedra (n, 4)."""
-    return np.asarray(places[tetrahedra].sum(axis=1) @ WAY)
+def names_of(places: FloatArray) -> FloatArray:
+    """Numbers (n,) for places (n, 3), the same wherever they stand in the array."""
+    x, y, z = places.T
+    return np.asarray(WAY[0] * x + WAY[1] * y + WAY[2] * z)
+
+
+def names_of_all(names: FloatArray, tetrahedra: IntArray) -> FloatArray:
+    """Numbers (n,) for tetrahedra (n, 4), of whose corners these are the names."""
+    a, b, c, d = (names[corner] for corner in tetrahedra.T)
+    return np.asarray((a + b) + (c + d))
 
 
 @dataclass(eq=False)
@@ -30,7 +37,7 @@ class Waits:
 
     def nearer(self, places: FloatArray, spacing: FloatArray) -> FloatArray:
         """The spacing at places (n, 3), less where one is wanted again: no vertex found room there."""
-        names, first = np.unique(places @ WAY, return_inverse=True)
+        names, first = np.unique(names_of(places), return_inverse=True)
         least = np.full(len(names), np.inf)
         np.minimum.at(least, first, spacing)
         again, row, old = np.intersect1d(names, self.names, return_indices=True)
@@ -52,4 +59,4 @@ class Seen:
 
     def hit_among(self, places: FloatArray, tetrahedra: IntArray) -> IntArray:
         """The tetrahedra that have all their corners at such places."""
-        return tetrahedra[at_all(among(places @ WAY, self.hit), tetrahedra)] if len(self.hit) else tetrahedra[:0]
+        return tetrahedra[at_all(among(names_of(places), self.hit), tetrahedra)] if len(self.hit) else tetrahedra[:0]

@@ -1,6 +1,8 @@
 """The vertices that make the singular set a part of the tetrahedra: on it, and round it."""
 
 from dataclasses import dataclass, field
+from itertools import chain, groupby
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,22 +56,27 @@ class Skeleton:
         result = np.ones(len(points), bool)
         for ball in self.balls:
             result &= np.linalg.norm(points - ball.center, axis=1) > ball.radius * beyond_ball
-        if self._tree is None or not len(points):
+        rows = np.flatnonzero(result)
+        if self._tree is None or not len(rows):
             return result
-        for row, near in enumerate(self._tree.query_ball_point(points, 1.8 * self._radii.max())):
-            if near and result[row]:
-                way = points[row] - self._middles[near]
-                along = np.einsum("ij,ij->i", way, self._ways[near])
-                across = np.linalg.norm(way - along[:, None] * self._ways[near], axis=1)
-                inside = (np.abs(along) < 1.05 * self._halves[near]) & (across < self._radii[near] * beyond_tube)
-                result[row] = not inside.any()
+        pairs = cKDTree(points[rows]).sparse_distance_matrix(self._tree, 1.8 * self._radii.max(), output_type="ndarray")
+        rows, near = rows[pairs["i"]], pairs["j"]
+        way = points[rows] - self._middles[near]
+        along = np.einsum("ij,ij->i", way, self._ways[near])
+        across = np.linalg.norm(way - along[:, None] * self._ways[near], axis=1)
+        inside = (np.abs(along) < 1.05 * self._halves[near]) & (across < self._radii[near] * beyond_tube)
+        result[rows[inside]] = False
         return result
 
     def add(self, points: FloatArray) -> None:
-        """Take in more vertices, those that lie outside the balls and tubes and not too near to others."""
-        points = points[self.free(points, 1.2, 1.5)]
+        """Take in more vertices, where there is room for them."""
         fixed = np.concatenate([self.on, self.around])
-        self.around = np.concatenate([self.around, points[thin(points, np.full(len(points), 0.5), fixed, 0.6)]])
+        self.around = np.concatenate([self.around, self.with_room(points, fixed)])
+
+    def with_room(self, points: FloatArray, fixed: FloatArray) -> FloatArray:
+        """Those points that lie outside the balls and tubes and not too near to each other and fixed places."""
+        points = points[self.free(points, 1.2, 1.5)]
+        return points[thin(points, np.full(len(points), 0.5), fixed, 0.6)]
 
     def onto_spheres(self, points: FloatArray) -> FloatArray:
         """The points, those deep in a ball pushed out to its sphere."""
@@ -192,8 +199,11 @@ def thin(points: FloatArray, sizes: FloatArray, fixed: FloatArray, share: float)
     if not len(order):
         return keep
     near = cKDTree(points[order]).query_ball_point(points[order], share * sizes[order])
-    stays = np.ones(len(order), bool)
-    for i, others in enumerate(near):
-        stays[i] = not any(j < i and stays[j] for j in others)
+    after = np.repeat(np.arange(len(order)), [len(others) for others in near])
+    before = np.fromiter(chain.from_iterable(near), np.int64, len(after))
+    earlier = before < after
+    stays = [True] * len(order)
+    for i, pairs in groupby(zip(after[earlier].tolist(), before[earlier].tolist(), strict=True), itemgetter(0)):
+        stays[i] = not any(stays[j] for _, j in pairs)
     keep[order[stays]] = True
     return keep
