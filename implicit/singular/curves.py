@@ -24,10 +24,13 @@ from implicit.singular.transversal import kind_changes
 from implicit.singular.twist import Twist, untwist
 
 Floats = NDArray[np.float64]
+Place = tuple[int, Floats]
+"""The vertex of a chain before a point, and the point."""
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 _CHORD = 8e-7  # of the size of the bounds
 _JOIN = 1e-7
+_BESIDE = 1e-5  # special points found in different ways are the same
 
 
 @dataclass(frozen=True)
@@ -97,13 +100,7 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     values = Values(form)
     special = [*crossings]
     for chain in chains:
-        turning = [(n, p) for n, p in turning_points(chain, values, box) if _apart(p, special, _JOIN * size)]
-        known = np.array([*special, *(q for _, q in turning)]).reshape(-1, 3)
-        changes = kind_changes(chain, values, box, known)
-        turning += [(n, p) for n, p in changes if _apart(p, [*special, *(q for _, q in turning)], 1e-5 * size)]
-        marks = [n for n, p in enumerate(chain.polyline) if not _apart(p, special, _JOIN * size)]
-        changes = leaf_changes(chain, [*marks, *(n for n, _ in turning)], form, box)
-        turning += [(n, p) for n, p in changes if _apart(p, [*special, *(q for _, q in turning)], 1e-5 * size)]
+        turning = _turning(chain, special, form, values, box)
         chain.insert(turning, 1e-9 * size)
         special.extend(p for _, p in turning)
     curves = []
@@ -117,6 +114,20 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     solitary += _touching(chains, curves, bounds)
     lines = [_cycle(chain.polyline, chain.closed) for chain in chains]
     return Curves(curves, lines, solitary, shapes, whole, twist, 2e-6 * size)
+
+
+def _turning(chain: Chain, special: list[Floats], form: Form, values: Values, box: Floats) -> list[Place]:
+    """The special points of a chain besides those that are known: (vertex before it, point)."""
+    size = float((box[1] - box[0]).max())
+    found = [(n, p) for n, p in turning_points(chain, values, box) if _apart(p, special, _JOIN * size)]
+    known = np.array([*special, *(p for _, p in found)]).reshape(-1, 3)
+    found += _others(kind_changes(chain, values, box, known), special, found, size)
+    marks = [n for n, p in enumerate(chain.polyline) if not _apart(p, special, _JOIN * size)]
+    return found + _others(leaf_changes(chain, [*marks, *(n for n, _ in found)], form, box), special, found, size)
+
+
+def _others(places: list[Place], special: list[Floats], found: list[Place], size: float) -> list[Place]:
+    return [(n, p) for n, p in places if _apart(p, [*special, *(q for _, q in found)], _BESIDE * size)]
 
 
 def _cycle(line: Floats, closed: bool) -> Floats:

@@ -14,7 +14,7 @@ from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.mend import mend
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.block import Block, put_cones
-from implicit.polygonizers.conforming.points.inward import refine_inwards
+from implicit.polygonizers.conforming.points.inward import Mesh, refine_inwards
 from implicit.polygonizers.conforming.tetrahedra.join import join_patch
 from implicit.polygonizers.weld import list_marked
 from implicit.topology import renumbered, with_others
@@ -113,25 +113,28 @@ def draw(sweep: Sweep, local: Local, blocks: list[Block], hood: Neighbourhood | 
     added = _Added(gone, [points], [cones], first + np.arange(len(blocks)))
     if hood:
         _add_neighbourhood(added, sweep.grid, near, hood, first + len(blocks))
+    places, normals, faces = _changed(near, local, added, hood)
+    names = np.append(near.names, len(sweep.vertices) + np.arange(len(places) - first))
+    vertices = np.concatenate([sweep.vertices, places[first:]])
+    upright = np.concatenate([sweep.normals, normals[first:]])
+    vertices[near.names], upright[near.names] = places[:first], normals[:first]
+    faces = with_others(sweep.faces, stay, names[faces])
+    return Draft(vertices, upright, faces, names[added.special], [names[c] for c in added.curves], added.doubts)
+
+
+def _changed(near: Near, local: Local, added: _Added, hood: Neighbourhood | None) -> Mesh:
+    """The near part of the sweep with what comes to it: cones refined, ribbons laid, triangles mended."""
+    first = len(near.names)
     places = np.concatenate([near.vertices, *added.places])
     normals = np.concatenate([near.normals, unit(local.field.gradients(places[first:])[1])])
     fixed = np.zeros(len(places), bool)
     fixed[np.concatenate([added.special, *added.curves])] = True
     normals[fixed] = 0
     places, normals, fresh = refine_inwards(local, (places, normals, np.concatenate(added.faces)), added.special, fixed)
-    faces = np.concatenate([near.faces[~added.gone], fresh])
+    mesh = places, normals, np.concatenate([near.faces[~added.gone], fresh])
     if hood and hood.zones.stretches:
-        places, normals, faces = lay_ribbons(local, (places, normals, faces), hood, added.stations, fixed)
-    fixed = np.append(fixed, np.zeros(len(places) - len(fixed), bool))
-    places, normals, faces = mend(local, (places, normals, faces), fixed)
-    count = len(sweep.vertices)
-    names = np.append(near.names, count + np.arange(len(places) - first))
-    vertices = np.concatenate([sweep.vertices, places[first:]])
-    upright = np.concatenate([sweep.normals, normals[first:]])
-    vertices[near.names], upright[near.names] = places[:first], normals[:first]
-    curves = [names[curve] for curve in added.curves]
-    faces = with_others(sweep.faces, stay, names[faces])
-    return Draft(vertices, upright, faces, names[added.special], curves, added.doubts)
+        mesh = lay_ribbons(local, mesh, hood, added.stations, fixed)
+    return mend(local, mesh, np.append(fixed, np.zeros(len(mesh[0]) - len(fixed), bool)))
 
 
 def _add_neighbourhood(added: _Added, grid: Grid, near: Near, hood: Neighbourhood, first: int) -> None:
