@@ -19,6 +19,7 @@ from implicit.polygonizers.conforming.curves.stations import Stations
 from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim, Zones
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
+from tests.benchmarks.conforming_sweep import verdict
 from tests.singular_cases import case_of, residual, topology, truth_of
 
 Floats = NDArray[np.float64]
@@ -176,3 +177,18 @@ def test_ribbons_with_vertices_off_the_surface_are_not_taken(monkeypatch: pytest
 
     monkeypatch.setattr(ZoneRim, "onto", beside)
     assert residual(surface, conforming(surface, ball, 32)) < 1e-10 * ball.radius
+
+
+@pytest.mark.parametrize("seed", [1, 7])
+def test_vertices_on_the_curve_stay_where_they_are(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rims end in vertices of the curve, which are no more moved than the others."""
+    before: list[FloatArray] = []
+
+    def laid(local: Local, mesh: Any, hood: Any, numbers: Any, fixed: Any) -> Any:
+        before.append(mesh[0][fixed])
+        result = ribbon.lay_ribbons(local, mesh, hood, numbers, fixed)
+        assert np.array_equal(result[0][: len(fixed)][fixed], before[-1])
+        return result
+
+    monkeypatch.setattr("implicit.polygonizers.conforming.draw.lay_ribbons", laid)
+    assert verdict("steiner", 40, seed) == "right" and before

@@ -61,7 +61,7 @@ def _lay(rim: ZoneRim, mesh: Mesh, curves: list[IntArray], fixed: Flags) -> Mesh
     vertices, normals, faces = cut_along(rim, *mesh, fixed)
     fixed = np.append(fixed, np.zeros(len(vertices) - len(fixed), bool))
     rims = find_rims(rim, vertices, faces, fixed)
-    vertices, normals, rims = in_order(rim, vertices, normals, rims)
+    vertices, normals, rims = in_order(rim, vertices, normals, rims, fixed)
     fans = [np.zeros((0, 3), np.int64)]
     for row, (stretch, curve) in enumerate(zip(zones.stretches, curves, strict=True)):
         mine = [part for part in rims if part.stretch == row]

@@ -111,9 +111,9 @@ def _rim(zones: Zones, owner: IntArray, names: IntArray, along: FloatArray) -> R
 
 
 def in_order(
-    rim: ZoneRim, vertices: FloatArray, normals: FloatArray, rims: list[Rim]
+    rim: ZoneRim, vertices: FloatArray, normals: FloatArray, rims: list[Rim], fixed: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, list[Rim]]:
-    """Vertices, normals and rims with those vertices moved along the curve by which a rim went back."""
+    """Vertices, normals and rims; vertices that are not `fixed` are moved along the curve where a rim went back."""
     result, moved, shifts = [], [np.zeros(0, np.int64)], [np.zeros(0)]
     for part in rims:
         even = _GAP * np.arange(len(part.names))
@@ -122,6 +122,7 @@ def in_order(
         stretch = rim.zones.stretches[part.stretch]
         held = ((part.lengths <= stretch.lengths[0]) | (part.lengths >= stretch.lengths[-1])) & (not stretch.closed)
         held[[0, -1]] |= stretch.closed  # one vertex
+        held |= fixed[part.names]
         lengths = np.where(held, part.lengths, lengths)
         shift = lengths - part.lengths
         if np.abs(shift).max() > _BACK:
