@@ -182,10 +182,10 @@ def test_ribbons_with_vertices_off_the_surface_are_not_taken(monkeypatch: pytest
 @pytest.mark.parametrize("seed", [1, 7])
 def test_vertices_on_the_curve_stay_where_they_are(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Rims end in vertices of the curve, which are no more moved than the others."""
-    before: list[FloatArray] = []
+    before: list[NDArray[np.float64]] = []
 
     def laid(local: Local, mesh: Any, hood: Any, numbers: Any, fixed: Any) -> Any:
-        before.append(mesh[0][fixed])
+        before.append(mesh[0][: len(fixed)][fixed])
         result = ribbon.lay_ribbons(local, mesh, hood, numbers, fixed)
         assert np.array_equal(result[0][: len(fixed)][fixed], before[-1])
         return result
