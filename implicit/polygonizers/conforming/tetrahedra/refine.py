@@ -19,7 +19,7 @@ from implicit.polygonizers.conforming.local import (
     with_edges,
 )
 from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
-from implicit.polygonizers.conforming.tetrahedra.region import Region, build_region, cells_round
+from implicit.polygonizers.conforming.tetrahedra.region import Region, inner_places, reaching
 from implicit.polygonizers.conforming.tetrahedra.seen import Seen, Waits, names_of, names_of_all
 from implicit.polygonizers.conforming.tetrahedra.sheets import (
     find_roots,
@@ -36,8 +36,6 @@ Where = Callable[[FloatArray], NDArray[np.bool_]]
 """Which places (n, 3) are meant."""
 
 _ROUNDS = 60
-_REACH = 1
-"""The region reaches so many cells beyond the cells with new vertices."""
 _INSIDE = np.array([(1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 1), (0, 1, 1, 1), (0.75,) * 4]) / 3
 _TURN = 0.2
 _AWAY = 0.3
@@ -92,7 +90,8 @@ def mesh_region(
             return np.zeros(0, bool)
         return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
 
-    doubtful, blocked = [], []
+    doubtful: list[FloatArray] = []
+    blocked: list[FloatArray] = []
     refined, waits, asked = False, Waits(), False
     around = skeleton.around
     cavity = before.cavity if before else Cavity()
@@ -101,7 +100,7 @@ def mesh_region(
     dead, kept, further = np.zeros(0, bool), np.zeros((0, 3)), False
     for turn in range(_ROUNDS + 1):
         new = np.concatenate([skeleton.on, around])
-        region = _region(held, kept if turn else _touched(skeleton, new), size)
+        region = reaching(held, kept if turn else inner_places(skeleton.cleared, new), size)
         if turn and region is held:
             dead = dead | dead_vertices(region, skeleton.cleared[:0], kept)
         else:
@@ -129,14 +128,7 @@ def mesh_region(
         if not len(wrong):
             refined = True
             break
-        while True:  # all else stays as it is until a vertex finds room
-            spacing = waits.nearer(wrong, spacing)
-            moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
-            free = skeleton.free(moved, SHALLOW, 1.0)
-            blocked.append(moved[~free])
-            kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
-            if len(kept) or spacing.min() < _LEAST:
-                break
+        kept = _with_room(skeleton, (wrong, spacing, ways), new, waits, blocked, rng)
         if not len(kept):
             break
         around = np.concatenate([around, kept])
@@ -148,29 +140,22 @@ def mesh_region(
     return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity, seen)
 
 
-def _region(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
-    """The last region where it reaches far enough, else one with more cells, and a cell to spare around these."""
-    needed = cells_round(touched, _REACH, size)
-    if last is None:
-        return build_region(needed, size)
-    lacking = needed[~last.holds(needed)]
-    if not len(lacking):
-        return last
-    extra = cells_round(lacking.astype(float), 1, size)
-    cells = np.concatenate([last.cells, extra[~last.holds(extra)]])
-    return build_region(cells[np.lexsort(cells.T[::-1])], size, last)
-
-
-def _touched(skeleton: Skeleton, new: FloatArray) -> FloatArray:
-    """Places in or beside all cells that the region must hold: those of new vertices, and of what is cleared."""
-    parts = [new]
-    radii = np.ceil(skeleton.cleared[:, 3])
-    for radius in np.unique(radii):  # in each cell of a ball, and the few beside it, there is such a place
-        steps = np.arange(-radius, radius + 1)
-        offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
-        offsets = offsets[np.linalg.norm(offsets, axis=1) < radius + 0.5]
-        parts.append((skeleton.cleared[radii == radius, None, :3] + offsets).reshape(-1, 3))
-    return np.concatenate(parts)
+def _with_room(
+    skeleton: Skeleton, wanted: tuple[FloatArray, FloatArray, FloatArray], new: FloatArray, waits: Waits,
+    blocked: list[FloatArray], rng: np.random.Generator,
+) -> FloatArray:  # fmt: skip
+    """New vertices near places that are wanted, with the spacing there and ways along edges; those in tubes are added
+    to the blocked ones. All else stays as it is until one finds room.
+    """
+    wrong, spacing, ways = wanted
+    while True:
+        spacing = waits.nearer(wrong, spacing)
+        moved = skeleton.onto_spheres(wrong + 0.02 * spacing[:, None] * _shake(ways, rng))
+        free = skeleton.free(moved, SHALLOW, 1.0)
+        blocked.append(moved[~free])
+        kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
+        if len(kept) or spacing.min() < _LEAST:
+            return kept
 
 
 def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray) -> IntArray:

@@ -22,6 +22,9 @@ _JITTER = 2e-3
 """Vertices inside are moved by so much of a cell: that five lie on one sphere makes Delaunay's tetrahedra expensive."""
 _FACE_OF = {(axis, side): FACES[2 * axis + side] for axis in range(3) for side in (0, 1)}
 
+_REACH = 1
+"""The region reaches so many cells beyond the cells with new vertices."""
+
 
 @dataclass(frozen=True, eq=False)
 class Region:
@@ -114,3 +117,28 @@ def build_region(cells: IntArray, size: IntArray, last: Region | None = None) ->
         free[known] &= (last.places[: len(known)] != last.nodes).any(axis=1)
     places[free] += _JITTER * _noise(places[free])
     return Region(places, nodes, np.concatenate(tetrahedra), outer, cells, size)
+
+
+def reaching(last: Region | None, touched: FloatArray, size: IntArray) -> Region:
+    """The last region where it reaches far enough, else one with more cells, and a cell to spare around these."""
+    needed = cells_round(touched, _REACH, size)
+    if last is None:
+        return build_region(needed, size)
+    lacking = needed[~last.holds(needed)]
+    if not len(lacking):
+        return last
+    extra = cells_round(lacking.astype(float), 1, size)
+    cells = np.concatenate([last.cells, extra[~last.holds(extra)]])
+    return build_region(cells[np.lexsort(cells.T[::-1])], size, last)
+
+
+def inner_places(cleared: FloatArray, new: FloatArray) -> FloatArray:
+    """Places in or beside all cells that the region must hold: those of new vertices, and of what is cleared."""
+    parts = [new]
+    radii = np.ceil(cleared[:, 3])
+    for radius in np.unique(radii):  # in each cell of a ball, and the few beside it, there is such a place
+        steps = np.arange(-radius, radius + 1)
+        offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+        offsets = offsets[np.linalg.norm(offsets, axis=1) < radius + 0.5]
+        parts.append((cleared[radii == radius, None, :3] + offsets).reshape(-1, 3))
+    return np.concatenate(parts)
