@@ -52,6 +52,12 @@ KNOWN = {
     "three sheets that touch at one place": Known(
         "(x^2 - (y - 1/3)^2 z^2) (x + 2 z) + z^4", [], 1, (6,), [(0, 1 / 3, 0), (0, -5 / 3, 0)]
     ),
+    "nodes round a circle, a cusp at its start": Known(
+        "z^2 = (x^2 + y^2 - 1)^2 (x^2 + y^2 + x)", [], 1, (4,), [(-1, 0, 0)]
+    ),
+    "cusps round a circle, sharper at its start": Known(
+        "z^2 = (x^2 + y^2 - 1)^3 (x + 1) + (x^2 + y^2 - 1)^5", [], 1, (2,), [(-1, 0, 0)]
+    ),
     "cone over a smooth cubic": Known("y^2 z - x^3 + x z^2", [(0, 0, 0, "P8")]),
     "cone over a smooth quartic": Known("x^4 + y^4 - z^4", [(0, 0, 0, None)]),
     "real point of complex lines": Known("(x^2 + y^2)^2 + z^2", [(0, 0, 0, None)]),

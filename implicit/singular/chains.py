@@ -27,23 +27,33 @@ class Chain:
     def insert(self, points: Sequence[tuple[int, Floats]], tolerance: float) -> None:
         """Put points behind the vertices with these numbers, or in place of one that is as good as there."""
         for n, point in sorted(points, key=lambda item: -item[0]):
-            gaps = np.abs(self.polyline[n : n + 2] - point).max(axis=1)
+            beside = np.array([n, (n + 1) % len(self.polyline)])
+            gaps = np.abs(self.polyline[beside] - point).max(axis=1)
             if gaps.min() < tolerance:
-                self.polyline[n + int(gaps.argmin())] = point
+                self.polyline[beside[gaps.argmin()]] = point
             else:
                 self.polyline = np.insert(self.polyline, n + 1, point, axis=0)
 
+    @property
+    def segments(self) -> int:
+        """How many segments there are between vertices that come from arcs, that back to the start included."""
+        return len(self.sources) - 1
+
     def at(self, place: float) -> Floats:
-        """The exact point at a place along the chain: 2.5 is in the middle between vertices 2 and 3."""
-        n = min(int(place), len(self.sources) - 2)
+        """The exact point at a place along the chain: 2.5 is in the middle between vertices 2 and 3; a closed one goes
+        on at its start.
+        """
+        place = place % self.segments if self.closed else place
+        n = min(int(place), self.segments - 1)
         share = place - n
         if share in (0.0, 1.0):
-            return self.polyline[n + int(share)]
+            return self.polyline[(n + int(share)) % len(self.polyline)]
         (a, s), (b, u) = self.sources[n], self.sources[n + 1]
         if a is not b:
             s, a = (1.0 if b.ends_at(self.polyline[n]) else 0.0), b
         point = a.at(s + share * (u - s))
-        return self.polyline[n] + share * (self.polyline[n + 1] - self.polyline[n]) if point is None else point
+        end = self.polyline[(n + 1) % len(self.polyline)]
+        return self.polyline[n] + share * (end - self.polyline[n]) if point is None else point
 
 
 def join(arcs: Sequence[Arc], tolerance: float) -> tuple[list[Chain], Floats]:

@@ -40,11 +40,12 @@ def kind_changes(chain: Chain, values: Values, box: Floats, known: Floats) -> li
     """The points of a chain where its kind changes: (vertex before it, point), on the exact curve; not beside those of
     the points (k, 3) that are known.
     """
-    count = len(chain.polyline) - 1
+    count = chain.segments
     if count < 2:
         return []
     size = float((box[1] - box[0]).max())
-    places = np.linspace(0, count, count * max(1, -(-_LEAST // count)) + 1)
+    parts = max(1, -(-_LEAST // count))
+    places = np.arange(count * parts + 1 + chain.closed) / parts  # round to the one after the start
     found = []
     for measure in _measures(chain, values, places, size):
         numbers = np.abs(measure(places)[0])
@@ -61,7 +62,7 @@ def kind_changes(chain: Chain, values: Values, box: Floats, known: Floats) -> li
             if abs(number[0]) <= max(error[0], _ZERO * beside[row - 1]) and np.all(
                 (point >= box[0]) & (point <= box[1])
             ):
-                found.append((int(place), np.where(np.abs(point) < 1e-9 * size, 0.0, point)))
+                found.append((int(place % count), np.where(np.abs(point) < 1e-9 * size, 0.0, point)))
     return found
 
 
@@ -82,7 +83,10 @@ def _measures(chain: Chain, values: Values, places: Floats, size: float) -> list
         return values.stretch(points(where))
 
     def tangents(where: Floats) -> Floats:
-        return points(np.minimum(where + _STEP, places[-1])) - points(np.maximum(where - _STEP, 0))
+        after, before = where + _STEP, where - _STEP
+        if not chain.closed:
+            after, before = np.minimum(after, places[-1]), np.maximum(before, 0)
+        return points(after) - points(before)
 
     def cubic(where: Floats) -> Numbers:
         return values.cubic(points(where), tangents(where))

@@ -36,23 +36,11 @@ def lay_ribbons(local: Local, mesh: Mesh, hood: Neighbourhood, numbers: list[Int
     """The mesh with ribbons along the stretches of a neighbourhood; numbers: the vertices at the stations of its
     courses; fixed (v,): the singular vertices.
 
-    Only the vertices that faces use are looked at. Raises Ragged where the mesh round a stretch does not allow ribbons.
+    Raises Ragged where the mesh round a stretch does not allow ribbons.
     """
-    vertices, normals, faces = mesh
-    fixed = np.append(fixed, np.zeros(len(vertices) - len(fixed), bool))
-    used = np.zeros(len(vertices), bool)
-    used[np.concatenate([faces.ravel(), *numbers])] = True
-    names = np.flatnonzero(used)
-    short = np.cumsum(used) - 1
-    rows = [hood.courses.index(part.course) for part in hood.zones.stretches]
-    curves = [short[part.within(numbers[row])] for row, part in zip(rows, hood.zones.stretches, strict=True)]
-    small = vertices[names], normals[names], short[faces]
-    more, upright, faces = _lay(ZoneRim(hood.zones, local), small, curves, fixed[names])
-    vertices, normals = vertices.copy(), normals.copy()
-    vertices[names], normals[names] = more[: len(names)], upright[: len(names)]
-    names = np.append(names, len(vertices) + np.arange(len(more) - len(names)))
-    fresh = slice(int(used.sum()), None)
-    return np.concatenate([vertices, more[fresh]]), np.concatenate([normals, upright[fresh]]), names[faces]
+    fixed = np.append(fixed, np.zeros(len(mesh[0]) - len(fixed), bool))
+    curves = [part.within(numbers[hood.courses.index(part.course)]) for part in hood.zones.stretches]
+    return _lay(ZoneRim(hood.zones, local), mesh, curves, fixed)
 
 
 def _lay(rim: ZoneRim, mesh: Mesh, curves: list[IntArray], fixed: Flags) -> Mesh:
