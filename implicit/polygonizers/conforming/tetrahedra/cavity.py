@@ -16,6 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
+from implicit.kernels.elementary import OPTIONS
 from implicit.polygonizers.conforming.local import among, at_all, at_some
 from implicit.polygonizers.conforming.tetrahedra.region import Region, cells_round
 from implicit.topology import renumbered
@@ -28,6 +29,8 @@ _NEAR = 0.22
 _SLACK = 1e-7
 _SIMPLEST = 5
 """Fewer vertices have no Delaunay tetrahedra, for the library that finds them."""
+_THIN, _INNER = 1e-12, 1 - 1e-9
+"""Volumes (six-fold) below the first count as so large; points on a sphere are not in it."""
 _WAY = np.array([0.8, 0.48, 0.36])
 """A unit vector along which vertices near different points and curves are mostly apart."""
 
@@ -43,7 +46,7 @@ def dead_vertices(region: Region, cleared: FloatArray, new: FloatArray) -> NDArr
 
 @dataclass(frozen=True, eq=False)
 class _Filling:
-    """What a region was filled with: its tetrahedra that stay, and those that replace the others, with their spheres.
+    """What a region was filled with: its tetrahedra that stay, and those that replace the others.
 
     dead: the region's places that were taken out; new: those that came in, numbered after the region's. The first
     `known` of the fresh ones were there before the last vertices came.
@@ -54,8 +57,6 @@ class _Filling:
     new: FloatArray
     stay: IntArray
     fresh: IntArray
-    center: FloatArray
-    radius: FloatArray
     known: int = 0
 
 
@@ -78,7 +79,7 @@ class Cavity:
             filled, fits = _add(last, places, dead, new)
         if not fits:
             none = np.zeros((0, 4), np.int64)
-            start = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, none, new[:0], np.zeros(0))
+            start = _Filling(region, np.zeros(len(dead), bool), new[:0], region.tetrahedra, none)
             filled, fits = _add(start, places, dead, new)
         self.last = filled if fits else None
         return filled.stay, filled.fresh, filled.known, bool(fits and not dead[region.pyramids].any())
@@ -92,10 +93,8 @@ def _add(last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: Float
     old, changed = _touched(last, places, dead, new[len(last.new) :])
     more, fits = _replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
     fresh = np.concatenate([last.fresh[~changed], more])
-    center, radius = circumspheres(places[more])
-    center, radius = np.concatenate([last.center[~changed], center]), np.append(last.radius[~changed], radius)
     known = len(last.fresh) - int(changed.sum())
-    return _Filling(last.region, dead, new, last.stay[~old], fresh, center, radius, known), fits
+    return _Filling(last.region, dead, new, last.stay[~old], fresh, known), fits
 
 
 def _replace(places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first: int) -> tuple[IntArray, bool]:
@@ -179,28 +178,44 @@ def _touched(
     gone = np.zeros(len(places), bool)
     gone[: len(dead)] = dead & ~last.dead
     old, changed = at_some(gone, last.stay), at_some(gone, last.fresh)
-    old[close] |= _holding(*circumspheres(places[last.stay[close]]), new)
-    return old, changed | _holding(last.center, last.radius, new)
+    old[close] |= _holding(places, last.stay[close], new)
+    return old, changed | _holding(places, last.fresh, new)
 
 
-def _holding(center: FloatArray, radius: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-    """Which spheres (n,) hold one of the points (k, 3)."""
+def _holding(places: FloatArray, tetrahedra: IntArray, points: FloatArray) -> NDArray[np.bool_]:
+    """Which tetrahedra (n, 4) have one of the points (k, 3) in their sphere."""
     along = points @ _WAY
     order = np.argsort(along)
-    return np.asarray(_mark_holding(center, radius * (1 - 1e-9), points[order], along[order], center @ _WAY))
-
-
-@njit(cache=True, nogil=True)
-def _mark_holding(center: Any, radius: Any, points: Any, along: Any, middle: Any) -> Any:
-    found = np.zeros(len(center), np.bool_)
-    for row in range(len(center)):
-        reach = radius[row]
-        k = np.searchsorted(along, middle[row] - reach)
-        while k < len(points) and along[k] < middle[row] + reach and not found[row]:
-            x, y, z = points[k, 0] - center[row, 0], points[k, 1] - center[row, 1], points[k, 2] - center[row, 2]
-            found[row] = x * x + y * y + z * z < reach * reach
-            k += 1
+    found = np.zeros(len(tetrahedra), np.bool_)
+    _mark_holding(np.ascontiguousarray(places), tetrahedra, points[order], along[order], _WAY, found)
     return found
+
+
+@njit(**OPTIONS)
+def _mark_holding(places: Any, tetrahedra: Any, points: Any, along: Any, way: Any, found: Any) -> None:
+    """With corners 0, a, b, c the centre is (aa b x c + bb c x a + cc a x b) / (2 a . b x c), huge for flat ones."""
+    for row in range(len(tetrahedra)):
+        o, p, q, r = tetrahedra[row]
+        ax, ay, az = places[p, 0] - places[o, 0], places[p, 1] - places[o, 1], places[p, 2] - places[o, 2]
+        bx, by, bz = places[q, 0] - places[o, 0], places[q, 1] - places[o, 1], places[q, 2] - places[o, 2]
+        cx, cy, cz = places[r, 0] - places[o, 0], places[r, 1] - places[o, 1], places[r, 2] - places[o, 2]
+        aa, bb, cc = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
+        ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        volume = ax * ux + ay * uy + az * uz
+        size = 2 * max(abs(volume), _THIN)
+        if volume < 0:
+            size = -size
+        x = (aa * ux + bb * (cy * az - cz * ay) + cc * (ay * bz - az * by)) / size
+        y = (aa * uy + bb * (cz * ax - cx * az) + cc * (az * bx - ax * bz)) / size
+        z = (aa * uz + bb * (cx * ay - cy * ax) + cc * (ax * by - ay * bx)) / size
+        reach = (x * x + y * y + z * z) ** 0.5 * _INNER
+        x, y, z = x + places[o, 0], y + places[o, 1], z + places[o, 2]
+        middle = x * way[0] + y * way[1] + z * way[2]
+        k = np.searchsorted(along, middle - reach)
+        while k < len(points) and along[k] < middle + reach and not found[row]:
+            dx, dy, dz = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
+            found[row] = dx * dx + dy * dy + dz * dz < reach * reach
+            k += 1
 
 
 def _components(simplices: IntArray, size: int) -> IntArray:
@@ -213,14 +228,3 @@ def _components(simplices: IntArray, size: int) -> IntArray:
 def _volume(corners: FloatArray) -> FloatArray:
     a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
     return np.asarray(np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6)
-
-
-def circumspheres(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Centres (n, 3) and radii (n,) of the spheres through tetrahedra (n, 4, 3); huge spheres for flat ones."""
-    first = corners[:, 0]
-    a, b, c = (corners[:, k] - first for k in (1, 2, 3))
-    sides = (np.einsum("ij,ij->i", s, s)[:, None] * np.cross(t, r) for s, t, r in ((a, b, c), (b, c, a), (c, a, b)))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    size = np.maximum(np.abs(volume), 1e-12)
-    offset = sum(sides) / (2 * np.where(volume < 0, -size, size))[:, None]
-    return first + offset, np.linalg.norm(offset, axis=1)

@@ -43,6 +43,8 @@ _APART = 0.12
 """New vertices are so far from all others, as a share of the spacing there."""
 _LEAST = 1e-6
 """The spacing, in cells, below which nothing is tried any more."""
+_NEARLY = 1e-3
+"""Where gradients are looked at need not be known better, as a share of the edge; the last step makes it its square."""
 _FLAT = 0.05
 """Triangles this thin may face anywhere."""
 _GROWTH = 4
@@ -223,7 +225,7 @@ def _turning(
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
     ends, inverse = _uniquenames_of(named)
-    points = find_roots(local, places[ends[:, 0]], places[ends[:, 1]])
+    points = find_roots(local, places[ends[:, 0]], places[ends[:, 1]], _NEARLY)
     normals = unit_rows(local.gradients(points)[1])
     faces = inverse.reshape(-1, 3)
     n, corners = normals[faces], points[faces]

@@ -4,6 +4,7 @@ A vertex of the mesh is named by the two ends of the edge it lies on, or twice b
 """
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ _PATTERNS = {
     (2, 1, 1): (((2, 2), (0, 3), (1, 3)),),
     (1, 2, 1): (((1, 1), (2, 2), (0, 3)),),
 }
+_PLACE_VALUES = 3 ** np.arange(4)
 _PYRAMID = ((1, 2, 3, 4), (2, 1, 0), (3, 2, 0), (4, 3, 0), (1, 4, 0))
 """The faces of a pyramid with apex 0, counter-clockwise seen from outside."""
 
@@ -39,21 +41,32 @@ def met(signs: IntArray, tetrahedra: IntArray) -> NDArray[np.bool_]:
 def in_tetrahedra(places: FloatArray, signs: IntArray, tetrahedra: IntArray) -> IntArray:
     """Oriented triangles (n, 3, 2) of named vertices in tetrahedra with signs -1, 0, 1."""
     mixed = tetrahedra[met(signs, tetrahedra)]
-    order = np.argsort(signs[mixed], axis=1, kind="stable")
-    mixed = np.take_along_axis(mixed, order, axis=1)
-    sign = signs[mixed]
-    counts = [(sign == value).sum(axis=1) for value in (-1, 0, 1)]
-    result = [np.zeros((0, 3, 2), np.int64)]
-    for pattern, triangles in _PATTERNS.items():
-        rows = mixed[np.logical_and.reduce([c == p for c, p in zip(counts, pattern, strict=True)])]
-        up = places[rows[:, -1]] - places[rows[:, 0]]
-        for triangle in triangles:
-            named = rows[:, np.array(triangle)]
-            a, b, c = (places[named[:, k, 0]] + places[named[:, k, 1]] for k in range(3))
-            flip = np.einsum("ij,ij->i", np.cross(b - a, c - a), up) < 0
-            named[flip] = named[flip][:, ::-1]
-            result.append(named)
-    return np.concatenate(result)
+    table, counts = _cuts()
+    code = (signs[mixed] + 1) @ _PLACE_VALUES
+    a, b, c = (places[mixed[:, k]] - places[mixed[:, 0]] for k in (1, 2, 3))
+    turned = np.einsum("ij,ij->i", np.cross(a, b), c) < 0
+    named = mixed[np.arange(len(mixed))[:, None, None, None], table[turned.astype(np.int64), code]]
+    return np.asarray(named[np.arange(2) < counts[code][:, None]])
+
+
+@cache
+def _cuts() -> tuple[IntArray, IntArray]:
+    """The triangles (2, 81, 2, 3, 2) of corners in a tetrahedron for each combination of signs, and how many they are.
+
+    First for tetrahedra like that of the origin and the unit vectors, then for those turned inside out.
+    """
+    corners = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    table, counts = np.zeros((81, 2, 3, 2), np.int64), np.zeros(81, np.int64)
+    for signs in product((-1, 0, 1), repeat=4):
+        code = (np.array(signs) + 1) @ _PLACE_VALUES
+        order = np.argsort(signs, kind="stable")
+        for triangle in _PATTERNS.get((signs.count(-1), signs.count(0), signs.count(1)), ()):
+            named = order[np.array(triangle)]
+            a, b, c = corners[named].sum(axis=1)
+            outwards = np.cross(b - a, c - a) @ (corners[order[-1]] - corners[order[0]]) > 0
+            table[code, counts[code]] = named if outwards else named[::-1]
+            counts[code] += 1
+    return np.stack([table, table[:, :, ::-1]]), counts
 
 
 def flat_tetrahedra(signs: IntArray, tetrahedra: IntArray) -> int:
@@ -96,8 +109,10 @@ def in_pyramids(signs: IntArray, pyramids: IntArray) -> IntArray:
     return np.concatenate(result)
 
 
-def find_roots(local: Local, a: FloatArray, b: FloatArray) -> FloatArray:
-    """Points of f = 0 between places a and b (n, 3) of different sign: Newton's steps that never leave the bracket."""
+def find_roots(local: Local, a: FloatArray, b: FloatArray, found: float = _FOUND) -> FloatArray:
+    """Points of f = 0 between places a and b (n, 3) of different sign: Newton's steps that never leave the bracket,
+    until one is less than the share `found` of the way.
+    """
     way = b - a
     at_a, at_b = local.values(a), local.values(b)
     low, high = np.zeros(len(a)), np.ones(len(a))
@@ -119,7 +134,7 @@ def find_roots(local: Local, a: FloatArray, b: FloatArray) -> FloatArray:
         poor = ~np.isfinite(step) | (target <= low[rows]) | (target >= high[rows]) | (np.abs(step) > 0.5 * last[rows])
         width = high[rows] - low[rows]
         lost = (last[rows] < _ROUNDED) & (np.abs(step) >= 0.5 * last[rows])
-        done = (width < 2e-16) | (value == 0) | lost | (~poor & (np.abs(step) < _FOUND))
+        done = (width < 2e-16) | (value == 0) | lost | (~poor & (np.abs(step) < found))
         last[rows] = np.where(poor, width, np.abs(step))
         middle = 0.5 * (low[rows] + high[rows])
         t[rows] = np.where((value == 0) | lost, t[rows], np.where(poor, middle, target))
