@@ -27,6 +27,8 @@ IntArray = NDArray[np.int64]
 _NEAR = 0.22
 """Lattice points nearer to a new vertex than this give way."""
 _SLACK = 1e-7
+_WIDER = 2
+"""Where flat tetrahedra are in the way of an exact fit, those around are replaced too, so many times."""
 _SIMPLEST = 5
 """Fewer vertices have no Delaunay tetrahedra, for the library that finds them."""
 _THIN, _INNER = 1e-12, 1 - 1e-9
@@ -91,7 +93,14 @@ def _add(last: _Filling, places: FloatArray, dead: NDArray[np.bool_], new: Float
     if first == len(places) and not (dead & ~last.dead).any():
         return replace(last, known=len(last.fresh)), True
     old, changed = _touched(last, places, dead, new[len(last.new) :])
-    more, fits = _replace(places, np.concatenate([last.stay[old], last.fresh[changed]]), dead, first)
+    for _ in range(_WIDER + 1):
+        gone = np.concatenate([last.stay[old], last.fresh[changed]])
+        more, fits = _replace(places, gone, dead, first)
+        if fits:
+            break
+        around = np.zeros(len(places), bool)
+        around[gone] = True
+        old, changed = at_some(around, last.stay), at_some(around, last.fresh)
     fresh = np.concatenate([last.fresh[~changed], more])
     known = len(last.fresh) - int(changed.sum())
     return _Filling(last.region, dead, new, last.stay[~old], fresh, known), fits
