@@ -1,6 +1,7 @@
 """How wide zones along singular curves are, how their ribbons are divided, and how tetrahedra split: against theory."""
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,8 @@ from implicit.polygonizers.conforming.curves.stations import _smooth
 from implicit.polygonizers.conforming.curves.zone import ZoneRim, Zones
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local, frame, pairs_of
-from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, _holding, dead_vertices
+from implicit.polygonizers.conforming.tetrahedra import cavity as cavity_room
+from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, _holding, _replace, _volume, dead_vertices
 from implicit.polygonizers.conforming.tetrahedra.refine import _shake
 from implicit.polygonizers.conforming.tetrahedra.region import build_region, cells_round
 from implicit.polygonizers.conforming.tetrahedra.sheets import find_roots
@@ -92,13 +94,45 @@ def test_sizes_are_the_largest_that_change_so_slowly(pairs: list[tuple[float, fl
     assert _smooth(h, s) == pytest.approx(naive, abs=1e-12)
 
 
-def test_spheres_that_hold_a_point_are_those_with_one_near_their_centre() -> None:
+def test_spheres_that_hold_a_point_are_those_with_one_nearer_to_the_centre_than_the_corners() -> None:
     rng = np.random.default_rng(0)
-    center, points = rng.uniform(0, 10, (500, 3)), rng.uniform(0, 10, (40, 3))
-    radius = rng.uniform(0, 2, 500)
+    places = rng.uniform(0, 10, (300, 3))
+    tetrahedra = np.array([rng.choice(250, 4, replace=False) for _ in range(500)])
+    first, rest = places[tetrahedra[:, 0]], places[tetrahedra[:, 1:]]
+    squares = (rest**2).sum(axis=2) - (first**2).sum(axis=1)[:, None]
+    center = np.linalg.solve(2 * (rest - first[:, None]), squares[..., None])[..., 0]
+    radius = np.linalg.norm(first - center, axis=1)
+    points = places[250:]
     naive = np.linalg.norm(center[:, None] - points, axis=2).min(axis=1) < radius
-    assert (_holding(center, radius, points) == naive).all()
-    assert not _holding(center, radius, points[:0]).any()
+    assert (_holding(places, tetrahedra, points) == naive).all()
+    assert not _holding(places, tetrahedra, points[:0]).any()
+
+
+def test_where_flat_tetrahedra_hinder_a_fit_those_around_are_replaced_and_not_all(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Vertices of a square lattice in a plane, but for rounding: always four on a circle."""
+    rng = np.random.default_rng(0)
+    along = np.linspace(-1.5, 1.5, 9)
+    new = np.array([7.0, 6.0, 6.5]) + np.stack(np.meshgrid(along, along, [0.0]), axis=-1).reshape(-1, 3)
+    new = rng.permutation(new) + 1e-12 * rng.normal(size=new.shape) * [0, 0, 1]
+    region = build_region(cells_round(new, 2, SIZE), SIZE)
+    tried = []
+
+    def replace(places: Floats, gone: NDArray[np.int64], *rest: Any) -> tuple[NDArray[np.int64], bool]:
+        found = _replace(places, gone, *rest)
+        tried.append((len(gone), found[1]))
+        return found
+
+    monkeypatch.setattr(cavity_room, "_replace", replace)
+    cavity = Cavity()
+    for count in range(12, len(new) + 1, 6):
+        stay, fresh, _, fits = cavity.fill(region, dead_vertices(region, np.zeros((0, 4)), new[:count]), new[:count])
+        assert fits
+    whole = _volume(np.concatenate([region.places, new])[np.concatenate([stay, fresh])]).sum()
+    assert np.isclose(whole, _volume(region.places[region.tetrahedra]).sum())
+    assert not all(fits for _, fits in tried)
+    assert max(gone for gone, _ in tried) < len(region.tetrahedra) / 2
 
 
 def test_a_vertex_on_an_edge_splits_it() -> None:

@@ -38,8 +38,11 @@ class Local:
         return int(field.exponents.sum(axis=1).max(initial=0)) if isinstance(field, PolynomialField) else None
 
     def noise(self, *corners: FloatArray) -> FloatArray:
-        """How far values (n,) of a polynomial between corners (n, 3), in lattice units, may be off by rounding."""
-        return self._sizes.values(np.max([np.abs(self.grid.to_points(places)) for places in corners], axis=0))
+        """How far values (n,) of a polynomial between corners (n, 3), as points, may be off by rounding."""
+        sizes = np.abs(corners[0])
+        for places in corners[1:]:
+            np.maximum(sizes, np.abs(places), out=sizes)
+        return self._sizes.values(sizes)
 
     @cached_property
     def _sizes(self) -> PolynomialField:

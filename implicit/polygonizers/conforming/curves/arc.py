@@ -14,7 +14,7 @@ from implicit.polygonizers.conforming.local import Local
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SPACING = 0.1
+_SPACING = 0.2
 """Nodes of an arc are at most so many cells apart."""
 _CHORDS = 60
 _REACHED = 1e-13
