@@ -108,7 +108,7 @@ def changes(local: Local, a: FloatArray, b: FloatArray) -> Changes:
 
 
 def _coefficients(local: Local, form: _Form, *corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The Bernstein coefficients (k, n) of f on simplices with corners (n, 3) each, and how far off they may be (n,)."""
+    """The Bernstein coefficients (k, n) of f on simplices with corners (n, 3) each, and the errors (n,) of these."""
     ends = [local.grid.to_points(places) for places in corners]
     values = np.empty((len(form.nodes), len(ends[0])))
     count = max(_ROOM // len(form.nodes), 1)  # what stays in the cache takes a third of the time

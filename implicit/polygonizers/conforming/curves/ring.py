@@ -22,6 +22,8 @@ _SIDES = 12
 """Of the regular polygon that stands for a circle."""
 _SCALES = (1.0, 0.5, 0.25, 1 / 16, 1 / 64)
 """A ring is stable when it is crossed equally often at these shares of its radius."""
+_NEARLY = 1e-3
+"""Newton's last step to a crossing, as a share of a side at most: it makes the error about its square."""
 _GAP = 0.8
 """The largest angle between vertices."""
 
@@ -115,7 +117,7 @@ def rings(local: Local, circles: Circles) -> Rings:
     low, high = (part[found.sure, None] for part in (found.low, found.high))
     way = b[side] - a[side]
     sure = slice(0, len(low))
-    roots = find_roots(local, a[side][sure] + low * way[sure], a[side][sure] + high * way[sure])
+    roots = find_roots(local, a[side][sure] + low * way[sure], a[side][sure] + high * way[sure], _NEARLY)
     shares = np.concatenate([found.low[unsure], found.high[unsure]])[:, None]
     places = np.concatenate([roots, a[side][len(low) :] + shares * way[len(low) :]])
     owner = side // _SIDES

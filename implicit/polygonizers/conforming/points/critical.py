@@ -27,6 +27,8 @@ _SAMPLES = 16
 """Places along each axis to start from where f is no polynomial."""
 _FEW = 60
 _STEPS = 12
+_LEAST, _DRAWN = 0.02, 0.01
+"""Shares of the reach: critical points nearer than the first do not count, steps nearer than the second lead to p."""
 _NEAR = 0.03
 """A share of the reach: critical points so near to singular curves are those of the curves."""
 
@@ -43,22 +45,23 @@ def critical_radius(local: Local, point: FloatArray, reach: float, singular: Flo
         x = x[tree.query(x)[0] > _NEAR * reach]
     if not len(x):
         return np.inf
-    home, length, rows = x.copy(), np.full(len(x), np.inf), np.arange(len(x))
+    home, length, distance = x.copy(), np.full(len(x), np.inf), np.linalg.norm(x - point, axis=1)
     for _ in range(_STEPS):
+        rows = np.flatnonzero((length > 1e-9 * reach) & (distance > _DRAWN * reach))
+        if not len(rows):
+            break
         step = _step(local, point, x[rows])
         length[rows] = np.linalg.norm(step, axis=1)
         x[rows] -= step * np.minimum(1, 0.3 * reach / np.maximum(length[rows], 1e-300))[:, None]
-        astray = np.linalg.norm(x - point, axis=1) > 3 * reach
-        x[astray] = home[astray]
-        rows = np.flatnonzero(length > 1e-9 * reach)
-        if not len(rows):
-            break
+        distance = np.linalg.norm(x - point, axis=1)
+        astray = distance > 3 * reach
+        x[astray], distance[astray] = home[astray], 3 * reach
     offset = x - point
     distance = np.linalg.norm(offset, axis=1)
     value, slope = local.gradients(x)
     steep = np.linalg.norm(slope, axis=1) + 1e-300
     across = np.linalg.norm(np.cross(slope, offset), axis=1)
-    good = (distance > 0.02 * reach) & (distance < 1.2 * reach) & (length < 1e-6 * reach)
+    good = (distance > _LEAST * reach) & (distance < 1.2 * reach) & (length < 1e-6 * reach)
     good &= (np.abs(value) < 1e-8 * steep * distance) & (across < 1e-7 * steep * distance)
     if tree is not None and good.any():
         good[good] &= tree.query(x[good])[0] > _NEAR * reach

@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from implicit.polygonizers.conforming.curves.ring import Circle, beside, crossings, stable
 from implicit.polygonizers.conforming.enclose import changes, plain
 from implicit.polygonizers.conforming.local import Local, among, frame, merged, pairs_of, spread, unit_rows
-from implicit.topology import count_components
+from implicit.topology import components
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -63,7 +63,7 @@ def find_link(
     found, sheets = stable(local, circles, 1e-3)
     settled = None not in found and not narrow
     circles = [new or old for new, old in zip(found, circles, strict=True)]
-    roots = crossings(local, circles)
+    roots = crossings(local, circles) if circles else []
     rings = [unit_rows(c.at(beside(r)) - point) for c, r in zip(circles, roots, strict=True)]
     rim = np.array([circle.radius / radius for circle in circles])
     for exit_, reach in zip(exits, rim, strict=True):
@@ -155,5 +155,4 @@ def _topology(signs: IntArray, triangles: IntArray, exits: int) -> tuple[int, in
         return 0, 0
     used, renamed = np.unique(segments, return_inverse=True)
     edges = renamed.reshape(-1, 2)
-    pieces = count_components(np.zeros((0, 3), np.int64), edges, np.zeros(0, np.int64), len(used))[1]
-    return pieces, len(used) - len(edges)
+    return int(components(edges, len(used)).max()) + 1, len(used) - len(edges)
