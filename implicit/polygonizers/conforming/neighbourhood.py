@@ -16,7 +16,8 @@ from implicit.polygonizers.conforming.curves.tube import Tube, surround
 from implicit.polygonizers.conforming.curves.zone import Zones
 from implicit.polygonizers.conforming.local import Local
 from implicit.polygonizers.conforming.points.ball import Ball, find_ball
-from implicit.polygonizers.conforming.tetrahedra.refine import Patch, mesh_region
+from implicit.polygonizers.conforming.tetrahedra.patch import Patch
+from implicit.polygonizers.conforming.tetrahedra.refine import mesh_region
 from implicit.polygonizers.conforming.tetrahedra.region import Region
 from implicit.polygonizers.conforming.tetrahedra.skeleton import Skeleton, build_skeleton
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import among
 from implicit.polygonizers.conforming.points.block import Put
-from implicit.polygonizers.conforming.tetrahedra.refine import Patch
+from implicit.polygonizers.conforming.tetrahedra.patch import Patch
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -1,7 +1,7 @@
 """Tetrahedra near the singular set, refined until they see the surface, and the triangles in them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +18,12 @@ from implicit.polygonizers.conforming.local import (
     unit_rows,
     with_edges,
 )
-from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
-from implicit.polygonizers.conforming.tetrahedra.region import Region, inner_places, reaching
+from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity
+from implicit.polygonizers.conforming.tetrahedra.fill import Filled, fill, fill_again
+from implicit.polygonizers.conforming.tetrahedra.patch import Patch, build_patch, unique_names
+from implicit.polygonizers.conforming.tetrahedra.region import Region
 from implicit.polygonizers.conforming.tetrahedra.seen import Seen, Waits, names_of, names_of_all
-from implicit.polygonizers.conforming.tetrahedra.sheets import (
-    find_roots,
-    flat_tetrahedra,
-    in_pyramids,
-    in_tetrahedra,
-    met,
-)
+from implicit.polygonizers.conforming.tetrahedra.sheets import find_roots, in_tetrahedra, met
 from implicit.polygonizers.conforming.tetrahedra.skeleton import SHALLOW, Skeleton, thin
 
 FloatArray = NDArray[np.float64]
@@ -56,27 +52,6 @@ _INSIDE_ZONE = 0.5
 """What is so many cells inside a zone is not refined."""
 
 
-@dataclass(frozen=True, eq=False)
-class Patch:
-    """The mesh of a region: places (v, 3) in lattice units, oriented faces (f, 3).
-
-    names (v, 2): the ends of the edge of each vertex, equal on the singular set. on: the vertex of each vertex of the
-    skeleton, -1 where none is used. doubtful (n, 3): places where something could not be resolved. around (m, 3): the
-    vertices off the singular set that were added to the lattice, by `cavity`. seen: what was looked at.
-    """
-
-    region: Region
-    places: FloatArray
-    faces: IntArray
-    names: IntArray
-    on: IntArray
-    doubtful: FloatArray
-    blocked: FloatArray
-    around: FloatArray
-    cavity: Cavity
-    seen: Seen
-
-
 def mesh_region(
     local: Local, skeleton: Skeleton, zones: Zones, rng: np.random.Generator, lacking: Callable[[Region], FloatArray],
     before: Patch | None = None,
@@ -85,61 +60,49 @@ def mesh_region(
 
     lacking: places beyond a region that is refined, at which there shall be vertices too. It is asked once.
     """
-    size = local.grid.cells
-
-    def matters(places: FloatArray) -> NDArray[np.bool_]:
-        if not len(places):
-            return np.zeros(0, bool)
-        return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
-
-    doubtful: list[FloatArray] = []
+    matters = partial(_matters, local, zones)
+    most = len(skeleton.on) + _GROWTH * len(skeleton.around) + _SPARE
     blocked: list[FloatArray] = []
-    refined, waits, asked = False, Waits(), False
-    around = skeleton.around
-    cavity = before.cavity if before else Cavity()
-    held = before.region if before else None
-    seen = before.seen if before else Seen()
-    dead, kept, further = np.zeros(0, bool), np.zeros((0, 3)), False
-    for turn in range(_ROUNDS + 1):
-        new = np.concatenate([skeleton.on, around])
-        region = reaching(held, kept if turn else inner_places(skeleton.cleared, new), size)
-        if turn and region is held:
-            dead = dead | dead_vertices(region, skeleton.cleared[:0], kept)
+    waits, asked, wrong = Waits(), False, np.zeros((0, 3))
+    cavity, seen = (before.cavity, before.seen) if before else (Cavity(), Seen())
+    filled, all_too = fill(local, skeleton, cavity, before.region if before else None), True
+    for _ in range(_ROUNDS):
+        if len(filled.new) > most:
+            break
+        wrong, spacing, ways = _wanted(local, filled, all_too, seen, matters)
+        all_too = not len(wrong) and not asked
+        if len(wrong):
+            more = _with_room(skeleton, (wrong, spacing, ways), filled.new, waits, blocked, rng)
+        elif all_too:
+            asked, more = True, skeleton.with_room(lacking(filled.region), filled.new)
         else:
-            dead = dead_vertices(region, skeleton.cleared, new)
-        held = region
-        stay, fresh, known, fits = cavity.fill(region, dead, new)
-        places = np.concatenate([region.places, new])
-        signs = _signs(local, region, skeleton, places)
-        if turn == _ROUNDS or len(around) > _GROWTH * len(skeleton.around) + _SPARE:
             break
-        old = np.concatenate([stay, fresh[:known]])
-        new_here = fresh if turn == 0 and not before else fresh[known:]
-        doubted = np.concatenate([new_here, seen.hit_among(places, old)])
-        active = stay[met(signs, stay)] if turn == 0 or further else stay[:0]
-        wrong, spacing, ways = _unseen(local, places, signs, active, doubted, seen, matters)
-        if not len(wrong):
-            wrong, spacing = _turning(local, places, signs, np.concatenate([stay, fresh]), seen, matters)
-            ways = np.zeros_like(wrong)
-        further = not len(wrong) and not asked
-        if further:
-            asked, kept = True, skeleton.with_room(lacking(region), new)
-            around = np.concatenate([around, kept])
-            if len(kept):
-                continue
-        if not len(wrong):
-            refined = True
+        if not len(more):
             break
-        kept = _with_room(skeleton, (wrong, spacing, ways), new, waits, blocked, rng)
-        if not len(kept):
-            break
-        around = np.concatenate([around, kept])
-    if not refined and len(wrong):
-        doubtful.append(wrong)
-    if not fits or flat_tetrahedra(signs, np.concatenate([stay, fresh])):
-        doubtful.append(skeleton.on)
-    doubtful.append(_missing_edges(skeleton, fresh, len(region.places)))
-    return _patch(local, region, places, signs, stay, fresh, skeleton, doubtful, blocked, around, cavity, seen)
+        filled = fill_again(local, skeleton, cavity, filled, more)
+    return build_patch(local, filled, skeleton, wrong, blocked, cavity, seen)
+
+
+def _matters(local: Local, zones: Zones, places: FloatArray) -> NDArray[np.bool_]:
+    if not len(places):
+        return np.zeros(0, bool)
+    return (local.heights(places) < _BEYOND) & (zones.depth(places) < _INSIDE_ZONE)
+
+
+def _wanted(
+    local: Local, filled: Filled, all_too: bool, seen: Seen, matters: Where
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places where edges or tetrahedra hide something, or else where triangles do not follow the surface; the spacing
+    there, and the ways (n, 3) of the edges, 0 for others. all_too: those of the lattice are looked at as well.
+    """
+    stay = filled.stay
+    active = stay[met(filled.signs, stay)] if all_too else stay[:0]
+    looked = np.concatenate([filled.latest, seen.hit_among(filled.places, filled.old)])
+    wrong, spacing, ways = _unseen(local, filled.places, filled.signs, active, looked, seen, matters)
+    if not len(wrong):
+        wrong, spacing = _turning(local, filled.places, filled.signs, filled.tetrahedra, seen, matters)
+        ways = np.zeros_like(wrong)
+    return wrong, spacing, ways
 
 
 def _with_room(
@@ -158,13 +121,6 @@ def _with_room(
         kept = moved[free][thin(moved[free], spacing[free], new, _APART)]
         if len(kept) or spacing.min() < _LEAST:
             return kept
-
-
-def _signs(local: Local, region: Region, skeleton: Skeleton, places: FloatArray) -> IntArray:
-    signs = local.signs(places)
-    first = len(region.places)
-    signs[first : first + len(skeleton.on)] = 0
-    return signs
 
 
 def _shake(ways: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -224,7 +180,7 @@ def _turning(
     tets, keys = tets[left], keys[left]
     named = in_tetrahedra(places, signs, tets)
     named = named[(named[..., 0] != named[..., 1]).all(axis=1)]
-    ends, inverse = _uniquenames_of(named)
+    ends, inverse = unique_names(named)
     points = find_roots(local, places[ends[:, 0]], places[ends[:, 1]], _NEARLY)
     normals = unit_rows(local.gradients(points)[1])
     faces = inverse.reshape(-1, 3)
@@ -242,53 +198,3 @@ def _turning(
     wrong[named[bad]] = True
     seen.right = merged(seen.right, keys[~at_all(wrong, tets)])
     return middles[near], size[bad]
-
-
-def _uniquenames_of(named: IntArray) -> tuple[IntArray, IntArray]:
-    """The different names (v, 2), lower end first, and for each corner which it is."""
-    low, high = named.min(axis=-1).ravel(), named.max(axis=-1).ravel()
-    size = int(high.max(initial=0)) + 1
-    keys, inverse = np.unique(low * size + high, return_inverse=True)
-    return np.column_stack([keys // size, keys % size]), inverse.ravel()
-
-
-def _missing_edges(skeleton: Skeleton, fresh: IntArray, first: int) -> FloatArray:
-    """Middles of the edges of the singular set that are no edges of the tetrahedra."""
-    if not len(skeleton.edges):
-        return np.zeros((0, 3))
-    size = first + len(skeleton.on) + int(fresh.max(initial=0))
-    on = np.zeros(size, np.int8)
-    on[first : first + len(skeleton.on)] = 1
-    have = pairs_of(fresh[sum(on[corner] for corner in fresh.T) > 1]) @ np.array([size, 1])
-    want = np.sort(skeleton.edges + first, axis=1) @ np.array([size, 1])
-    return skeleton.on[skeleton.edges[~np.isin(want, have)]].mean(axis=1)
-
-
-def _patch(
-    local: Local, region: Region, places: FloatArray, signs: IntArray, stay: IntArray, fresh: IntArray,
-    skeleton: Skeleton, doubtful: list[FloatArray], blocked: list[FloatArray], around: FloatArray,
-    cavity: Cavity, seen: Seen,
-) -> Patch:  # fmt: skip
-    """The triangles in all tetrahedra and pyramids, with their vertices on f = 0."""
-    first, count = len(region.places), len(skeleton.on)
-    named = np.concatenate(
-        [in_tetrahedra(places, signs, np.concatenate([stay, fresh])), in_pyramids(signs, region.pyramids)]
-    )
-    names, inverse = _uniquenames_of(named)
-    points = places[names[:, 0]].copy()
-    loose = names[:, 0] != names[:, 1]
-    points[loose] = find_roots(local, places[names[loose, 0]], places[names[loose, 1]])
-    on = np.full(count, -1)
-    on[names[~loose, 0] - first] = np.flatnonzero(~loose)
-    return Patch(
-        region,
-        points,
-        inverse.reshape(-1, 3),
-        names,
-        on,
-        np.concatenate([np.zeros((0, 3)), *doubtful]),
-        np.concatenate([np.zeros((0, 3)), *blocked]),
-        around,
-        cavity,
-        seen,
-    )
