@@ -29,6 +29,8 @@ _NEAR = 0.22
 _SLACK = 1e-7
 _WIDER = 2
 """Where flat tetrahedra are in the way of an exact fit, those around are replaced too, so many times."""
+_TOGETHER = 300
+"""Holes of so few tetrahedra in all are filled together: to tell them apart takes longer."""
 _SIMPLEST = 5
 """Fewer vertices have no Delaunay tetrahedra, for the library that finds them."""
 _THIN, _INNER = 1e-12, 1 - 1e-9
@@ -118,7 +120,7 @@ def _replace(places: FloatArray, gone: IntArray, dead: NDArray[np.bool_], first:
     names = np.random.default_rng(0).integers(0, 2**62, len(used))
     keys = np.sort(_face_names(names, gone), axis=None)
     alone = np.append(True, keys[1:] != keys[:-1]) & np.append(keys[1:] != keys[:-1], True)
-    hole = _components(gone, count)
+    hole = _components(gone, count) if len(gone) > _TOGETHER else np.zeros(len(gone), np.int64)
     home = np.full(len(used) - count, hole[0])
     if (hole != hole[0]).any():
         home = hole[cKDTree(places[old].mean(axis=1)).query(places[first:])[1]]
