@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.check import hidden
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _RETRIES = 3
+_THINNER = 0.5
+"""Tubes become thinner by so much where they are in the way."""
 _WORSE = 3
 """Where thinner tubes leave so many times as much in doubt, still thinner ones are not tried."""
 _MOST_SEEDS = 300
@@ -156,10 +159,16 @@ def mesh_neighbourhood(
         hopeless |= len(found.doubtful) > _WORSE * len(best.doubtful)
         if not patch or not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless:
             break
-        size = np.full((len(patch.blocked), 1), 0.3 * 0.5**turn)
-        limits.append(np.concatenate([patch.blocked, size], axis=1))
+        sizes = np.minimum(0.3 * 0.5**turn, _THINNER * _sizes_at(courses, patch.blocked))
+        limits.append(np.column_stack([patch.blocked, sizes]))
     assert best is not None
     return best
+
+
+def _sizes_at(courses: list[Stations], places: FloatArray) -> FloatArray:
+    """The sizes (n,) of rings at the stations nearest to places (n, 3)."""
+    stations = np.concatenate([course.places for course in courses])
+    return np.concatenate([course.sizes for course in courses])[cKDTree(stations).query(places)[1]]
 
 
 def can_be_tried(local: Local, seeds: FloatArray) -> bool:

@@ -133,8 +133,8 @@ def _sizes(
             ball = balls[place[0]]
             h = np.minimum(h, 1.1 * ball.link.rims[place[1]] * ball.radius + 0.35 * length)
     for limit in limits:
-        gap = cKDTree(limit[:, :3]).query(q)[0]
-        h = np.minimum(h, np.maximum(limit[0, 3], 0.5 * (gap - 1)))
+        gap, row = cKDTree(limit[:, :3]).query(q)
+        h = np.minimum(h, np.maximum(limit[row, 3], 0.5 * (gap - 1)))
     return _smooth(np.maximum(h, _THINNEST), s)
 
 
