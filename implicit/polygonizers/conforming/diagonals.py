@@ -37,7 +37,9 @@ _U = np.uint64  # indices of this kind are not tested for being negative
 def _sag(vertices: Any, normals: Any, a: Any, b: Any) -> float:
     """(n_b - n_a) . (b - a)."""
     x, y, z = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-    return x * (normals[b, 0] - normals[a, 0]) + y * (normals[b, 1] - normals[a, 1]) + z * (normals[b, 2] - normals[a, 2])
+    return (
+        x * (normals[b, 0] - normals[a, 0]) + y * (normals[b, 1] - normals[a, 1]) + z * (normals[b, 2] - normals[a, 2])
+    )
 
 
 @njit(**INNER)
@@ -60,7 +62,7 @@ def _faces(vertices: Any, normals: Any, a: Any, b: Any, c: Any) -> bool:
     return least > 0.0 and least * least > _FACING * (x * x + y * y + z * z)
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def _better(vertices: Any, normals: Any, p: Any, q: Any, r: Any, s: Any) -> bool:
     """Whether r-s is a better diagonal than p-q."""
     pr, rq = _sag(vertices, normals, p, r), _sag(vertices, normals, r, q)
@@ -76,20 +78,20 @@ def _better(vertices: Any, normals: Any, p: Any, q: Any, r: Any, s: Any) -> bool
 def _choose(vertices: Any, normals: Any, faces: Any) -> None:
     """A triangle (p, r, q) of a loop has its side q-p in common with one of the two behind, (p, q, s) or (s, p, q)."""
     for row in range(len(faces) - 1):
-        one = _U(row)
+        one, two = _U(row), _U(row + 1)
         p, r, q = _U(faces[one, 0]), _U(faces[one, 1]), _U(faces[one, 2])
-        for ahead in range(row + 1, min(row + 3, len(faces))):
-            two = _U(ahead)
+        a, b, c = _U(faces[two, 0]), _U(faces[two, 1]), _U(faces[two, 2])
+        left = (a == p) & (b == q)
+        if not left | ((b == p) & (c == q)):
+            two += _U(row + 2 < len(faces))
             a, b, c = _U(faces[two, 0]), _U(faces[two, 1]), _U(faces[two, 2])
             left = (a == p) & (b == q)
-            if not left | ((b == p) & (c == q)):
+            if not left:
                 continue
-            s = c if left else a
-            inside = _within(vertices, p, q) & _within(vertices, r, s)
-            if inside and _better(vertices, normals, p, q, r, s):
-                faces[one, 0], faces[one, 1], faces[one, 2] = (r, q, s) if left else (s, p, r)
-                faces[two, 0], faces[two, 1], faces[two, 2] = (p, r, s) if left else (s, r, q)
-            break
+        s = c if left else a
+        if _within(vertices, p, q) and _within(vertices, r, s) and _better(vertices, normals, p, q, r, s):
+            faces[one, 0], faces[one, 1], faces[one, 2] = (r, q, s) if left else (s, p, r)
+            faces[two, 0], faces[two, 1], faces[two, 2] = (p, r, s) if left else (s, r, q)
 
 
 def choose_diagonals(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
