@@ -103,3 +103,15 @@ def test_away_from_singular_vertices_no_triangle_of_a_conforming_mesh_faces_else
     loose[np.concatenate([mesh.points, *mesh.curves])] = False
     rows = loose[mesh.faces].all(axis=1)
     assert np.quantile(facing((mesh.vertices, mesh.normals, mesh.faces[rows])), 0.001) > 0.5
+
+
+@pytest.mark.parametrize("cells", [32, 45, 64])
+def test_at_pinch_points_triangles_face_as_the_normals_at_their_regular_corners(cells):
+    surface, ball = case_of("source_3_conoid")
+    mesh = conforming(surface, ball, cells)
+    fixed = np.zeros(len(mesh.vertices), bool)
+    fixed[np.concatenate([mesh.points, *mesh.curves])] = True
+    a, b, c = (np.array(mesh.vertices)[mesh.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    cosines = np.einsum("ij,ikj->ik", across, mesh.normals[mesh.faces]) / np.linalg.norm(across, axis=1)[:, None]
+    assert cosines[~fixed[mesh.faces]].min() > 0.5

@@ -20,6 +20,7 @@ from implicit.polygonizers.conforming.check import (
     turning,
 )
 from implicit.polygonizers.conforming.curves.rim import Ragged
+from implicit.polygonizers.conforming.diagonals import choose_diagonals
 from implicit.polygonizers.conforming.draw import Draft, Sweep, draw
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local
@@ -74,11 +75,12 @@ def conforming(
 ) -> Mesh:
     """The mesh of f = 0 within `bounds` that has the singular points and curves of the surface as vertices and edges.
 
-    The fast sweep meshes the surface everywhere. Round each isolated singular point its triangles in a block of cells
-    are replaced by the cone from the point over the rim they leave, where it is proved that the surface is one. Along
-    singular curves whose sheets are soon a cell's diagonal apart, cuspidal ones among them, the triangles near the
-    curve give way to ribbons between the curve and the rims of what is left. Round all other singular points and
-    curves the cells become tetrahedra with the singular set among their edges.
+    The fast sweep meshes the surface everywhere; in each cell those diagonals are chosen that keep triangles near it.
+    Round each isolated singular point its triangles in a block of cells are replaced by the cone from the point over
+    the rim they leave, where it is proved that the surface is one. Along singular curves whose sheets are soon a cell's
+    diagonal apart, cuspidal ones among them, the triangles near the curve give way to ribbons between the curve and the
+    rims of what is left. Round all other singular points and curves the cells become tetrahedra with the singular set
+    among their edges.
 
     locus   the singular points and curves, if they are known; found by `singularities` if not
 
@@ -109,6 +111,7 @@ def conforming(
     local = Local(surface.field, grid, tuple(rims(domain, surface.field, grid.step)))
     sampler = choose_sampler(surface, grid.lattice)
     marched = march(sampler, Job(len(sampler.bricks), progress, check_workers(workers)))
+    choose_diagonals(marched.vertices, marched.normals, marched.faces)
     sweep = Sweep(grid, *weld(marched.vertices, marched.normals, marched.faces, marched.pinned))
     draft, skipped = _drawn(sweep, local, locus)
     draft.doubts += [locus.undecided, not_singular(surface.field, grid, draft.vertices[draft.singular])]

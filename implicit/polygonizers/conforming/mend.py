@@ -30,6 +30,8 @@ _FACING, _ALLOWED = 0.8, 0.5
 """Triangles should not turn by more than this cosine from a normal at a corner; the second is put up with."""
 _BEND = 0.7
 """Nor should normals at the ends of a side."""
+_TURNED = 0.5
+"""Nor do they at those of a side that another is turned to; it may be halved next."""
 _ROUNDS = 8
 _ASIDE = 0.5
 """The surface is no farther from the middle of a side, as a share of its length."""
@@ -41,7 +43,7 @@ _OFF = 1e-10
 def mend(local: Local, mesh: Mesh, fixed: Flags) -> Mesh:
     """The mesh with bent sides halved, at new vertices on f = 0, and triangles turned that face elsewhere.
 
-    Sides with an end among the `fixed` vertices (v,), and those at the boundary, stay.
+    Sides between `fixed` vertices (v,) and those at the boundary stay; none with a fixed end is halved.
     """
     vertices, normals, faces = mesh
     bad = (_bends(normals, fixed, faces) < _BEND).any(axis=1) | (_facing(vertices, normals, fixed, faces) < _FACING)
@@ -92,8 +94,8 @@ def _bent(normals: FloatArray, fixed: Flags, faces: IntArray, failed: IntArray) 
     keys = _keys(part, after)
     cosines = cosines[rows] + _TIE * (keys % _PRIME)  # of equal ones, both faces choose the same
     cosines[among(keys, failed)] = 1
-    quads, beyond = _across(part, cosines.argmin(axis=1), len(normals))
     row = np.arange(len(part))
+    quads, beyond = _across(part, 3 * row + cosines.argmin(axis=1), len(normals))
     own = np.flatnonzero((beyond > row) & (beyond[beyond] == row) & (cosines.min(axis=1, initial=1) < _BEND))
     return np.column_stack([rows[own], rows[beyond[own]]]), quads[own]
 
@@ -115,28 +117,29 @@ def _middles(
 
 
 def _turn(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray, whole: Flags) -> IntArray:
-    """The faces, with the longest sides of those that face elsewhere turned where both face better then; all faces at
-    vertices that are `whole` (v,) are there.
+    """The faces, with sides of those that face elsewhere turned where both face better then, the best ones first; all
+    faces at vertices that are `whole` (v,) are there.
     """
     facing = _facing(vertices, normals, fixed, faces)
     bad = facing < _FACING
     marked = np.zeros(len(vertices), np.bool_)
     marked[faces[bad].ravel()] = True
     rows = list_marked(faces, marked)
-    part = faces[rows]
-    lengths = np.linalg.norm(vertices[np.roll(part, -1, axis=1)] - vertices[part], axis=2)
-    quads, beyond = _across(part, lengths.argmax(axis=1), len(vertices))
+    part, sides = faces[rows], np.flatnonzero(np.repeat(bad[rows], 3))
+    quads, beyond = _across(part, sides, len(vertices))
     p, q, r, s = quads.T
     known = np.sort(_keys(part, np.roll(part, -1, axis=1)), axis=None)
-    held = fixed[p] | fixed[q] | (fixed[r] & fixed[s]) | (_bends(normals, fixed, np.column_stack([r, s])) < _BEND)[:, 0]
-    free = bad[rows] & whole[r] & (beyond >= 0) & ~held & ~among(_keys(r, s), known)
-    before = np.minimum(facing[rows], facing[rows[beyond]])
+    held = (fixed[p] & fixed[q]) | (fixed[r] & fixed[s])
+    held |= _least_bend(normals, fixed, np.column_stack([r, s])) < _TURNED
+    free = whole[r] & (beyond >= 0) & ~held & ~among(_keys(r, s), known)
+    pairs = rows[np.column_stack([sides // 3, beyond])]
     new = np.column_stack([p, s, r]), np.column_stack([s, q, r])
-    gain = np.minimum(*(_facing(vertices, normals, fixed, corners) for corners in new)) - before
+    after = np.minimum(*(_facing(vertices, normals, fixed, corners) for corners in new))
+    gain = after - facing[pairs].min(axis=1, initial=1)
     wanted = np.flatnonzero(free & (gain > 0))
-    chosen = _disjoint(quads, wanted[np.argsort(-gain[wanted])])
+    chosen = _disjoint(quads, wanted[np.argsort(-gain[wanted], kind="stable")])
     faces = faces.copy()
-    faces[rows[chosen]], faces[rows[beyond[chosen]]] = new[0][chosen], new[1][chosen]
+    faces[pairs[chosen, 0]], faces[pairs[chosen, 1]] = new[0][chosen], new[1][chosen]
     return faces
 
 
@@ -163,11 +166,12 @@ def _keys(a: IntArray, b: IntArray) -> IntArray:
     return np.minimum(a, b) << 32 | np.maximum(a, b)
 
 
-def _across(faces: IntArray, side: IntArray, size: int) -> tuple[IntArray, IntArray]:
-    """The corners p, q, r, s (n, 4), drawn above, round the side of each face that begins at corner `side` (n,), and
-    the row (n,) of the face beyond; -1 where there is none.
+def _across(faces: IntArray, sides: IntArray, size: int) -> tuple[IntArray, IntArray]:
+    """The corners p, q, r, s (n, 4), drawn above, round sides (n,), and the row (n,) of the face beyond; -1 where there
+    is none. Side 3 row + corner begins at that corner.
     """
-    p, q, r = np.take_along_axis(faces, (side[:, None] + np.arange(3)) % 3, axis=1).T
+    row, corner = sides // 3, sides % 3
+    p, q, r = (faces[row, (corner + k) % 3] for k in range(3))
     keys = (faces * size + np.roll(faces, -1, axis=1)).ravel()  # one after the other those of each face
     order = np.argsort(keys)
     wanted = q * size + p
