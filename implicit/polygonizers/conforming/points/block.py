@@ -7,18 +7,22 @@ Nothing is stitched: the sweep itself has made the rim, so there is no seam.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.conforming.grid import Grid
-from implicit.polygonizers.conforming.points.blowup import Germ, has_regular_cone, is_cone
+from implicit.polygonizers.conforming.points.blowup import Germ, are_cones, germs_at, regular_cones
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Put = tuple[NDArray[np.bool_], IntArray]
 """Which faces (n,) are gone, and those (m, 3) in their place."""
+
+Ends = tuple[IntArray, IntArray]
+"""The corners (3,) of a block, lower and upper."""
 
 _FARTHEST = 4
 """Blocks reach at most so many cells beyond the point's own."""
@@ -26,6 +30,8 @@ _PER_SIZE = 3
 """So many blocks of each size are tried for a point."""
 _SAMPLE = 60
 """So many blocks of each size are looked at."""
+_TOGETHER = 12
+"""The ribs of so many are looked at together."""
 _BESIDE = 3.0
 """Places less than so many cells away are beside a block."""
 _NEAREST = 0.6
@@ -62,15 +68,37 @@ def find_blocks(
 
     coarse (n, 3), in lattice units: places where the sweep turns too far in one triangle, as near a thin cone.
     """
-    cells = np.floor(grid.to_units(points)).astype(np.int64)
-    blocks, rest = [], []
-    for row in rows.tolist():
-        block = _smallest(field, grid, points[row], *_room(cells, row, grid.cells), coarse)
-        if block is None:
-            rest.append(row)
-        else:
-            blocks.append(block)
-    return blocks, np.array(rest, np.int64)
+    if not isinstance(field, PolynomialField) or not len(rows):
+        return [], rows
+    units = grid.to_units(points)
+    cells = np.floor(units).astype(np.int64)
+    germs = germs_at(field, points[rows], grid.step)
+    tries = {
+        row: (germ, _candidates(germ, units[row], *_room(cells, row, grid.cells), coarse))
+        for row, germ, smooth in zip(rows.tolist(), germs, regular_cones(germs), strict=True)
+        if smooth
+    }
+    found = _first_held(points, units, tries)
+    return [found[row] for row in sorted(found)], np.array([row for row in rows.tolist() if row not in found], np.int64)
+
+
+def _first_held(
+    points: FloatArray, units: FloatArray, tries: dict[int, tuple[Germ, Iterator[Ends]]]
+) -> dict[int, Block]:
+    """For each row of a point, among blocks that are to be tried, the first proved to hold a cone.
+
+    A block of each point is tried at a time: few tests of many boxes cost less than many of few.
+    """
+    found: dict[int, Block] = {}
+    while blocks := {row: ends for row, (_, more) in tries.items() if (ends := next(more, None)) is not None}:
+        tries = {row: tries[row] for row in blocks}
+        lower, upper = (np.array(side) - units[list(blocks)] for side in zip(*blocks.values(), strict=True))
+        held = are_cones([germ for germ, _ in tries.values()], lower, upper)
+        for (row, ends), holds in zip(blocks.items(), held, strict=True):
+            if holds:
+                found[row] = Block(points[row], *ends)
+                del tries[row]
+    return found
 
 
 def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray]:
@@ -88,64 +116,69 @@ def _room(cells: IntArray, row: int, size: IntArray) -> tuple[IntArray, IntArray
     return lower, upper
 
 
-def _smallest(
-    field: Field, grid: Grid, point: FloatArray, least: IntArray, most: IntArray, coarse: FloatArray
-) -> Block | None:
-    """The smallest block within (least, most), without a coarse place beside, in which f = 0 is proved to be a cone."""
-    if not isinstance(field, PolynomialField):
-        return None
-    germ = Germ.at(field, point, grid.step)
-    if not has_regular_cone(germ):
-        return None
-    unit = grid.to_units(point)
-    for lower, upper in _candidates(germ, unit, least, most, coarse):
-        if is_cone(germ, lower - unit, upper - unit):
-            return Block(point, lower, upper)
-    return None
-
-
-def _candidates(
-    germ: Germ, unit: FloatArray, least: IntArray, most: IntArray, coarse: FloatArray
-) -> Iterator[tuple[IntArray, IntArray]]:
+def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray, coarse: FloatArray) -> Iterator[Ends]:
     """Blocks (lower, upper) whose ribs the tangent cone crosses clearly, small ones first."""
     cell = np.floor(unit).astype(np.int64)
     if (least > cell).any() or (most <= cell).any():
         return
-    ranges = [_ranges(float(unit[axis]), int(least[axis]), int(most[axis])) for axis in range(3)]
     coarse = coarse[np.abs(coarse - unit).max(axis=1, initial=0) < _FARTHEST + 1 + _BESIDE]
+    sides = [_Sides.of(float(unit[axis]), int(least[axis]), int(most[axis]), coarse[:, axis]) for axis in range(3)]
     for size in range(2, 2 * _FARTHEST + 2):
-        group = _of_size(ranges, size, unit)
-        group = group[_clear_around(group, coarse)][:_SAMPLE]
-        yield from group[_clear_ribs(germ, group - unit)][:_PER_SIZE]
+        group = _of_size(sides, size)
+        clear = 0
+        for part in np.split(group, range(_TOGETHER, len(group), _TOGETHER)):
+            if clear < _PER_SIZE and len(part):
+                part = part[_clear_ribs(germ, part - unit)]
+                yield from part[: _PER_SIZE - clear]
+                clear += len(part)
 
 
-def _ranges(unit: float, least: int, most: int) -> IntArray:
-    """The ranges (n, 2) of cells within (least, most) that hold a place, and whose ends are not too near to it."""
-    cell = int(np.floor(unit))
-    ends = np.array(list(product(range(least, cell + 1), range(cell + 1, most + 1))))
-    return np.asarray(ends[np.abs(ends - unit).min(axis=1) > _NEAREST])
-
-
-def _of_size(ranges: list[IntArray], size: int, unit: FloatArray) -> IntArray:
-    """The blocks (n, 2, 3) whose longest side has so many cells, none 2 cells shorter; those round a place come first
-    whose boundary is far from it.
+@dataclass(frozen=True, eq=False)
+class _Sides:
+    """Ranges (n, 2) of cells that hold a place, their lengths (n,), how near their ends are to it (n,), and how far
+    outside them some other places are (n, m), negative inside.
     """
-    lengths = [part[:, 1] - part[:, 0] for part in ranges]
-    usable = [part[(long <= size) & (long >= size - 2)] for part, long in zip(ranges, lengths, strict=True)]
-    rows = np.indices([len(part) for part in usable]).reshape(3, -1)
-    blocks = np.stack([part[row] for part, row in zip(usable, rows, strict=True)], axis=2)
-    blocks = blocks[(blocks[:, 1] - blocks[:, 0]).max(axis=1, initial=0) == size]
-    nearest = np.abs(blocks - unit).min(axis=(1, 2), initial=np.inf)
-    return np.asarray(blocks[np.argsort(-nearest, kind="stable")])
+
+    ends: IntArray
+    lengths: IntArray
+    nearest: FloatArray
+    gaps: FloatArray
+
+    @classmethod
+    def of(cls, unit: float, least: int, most: int, others: FloatArray) -> "_Sides":
+        """Those within (least, most) whose ends are not too near to the place."""
+        cell = int(np.floor(unit))
+        ends = np.array(list(product(range(least, cell + 1), range(cell + 1, most + 1))))
+        nearest = np.abs(ends - unit).min(axis=1)
+        ends, nearest = ends[nearest > _NEAREST], nearest[nearest > _NEAREST]
+        low, high = ends.T
+        gaps = np.maximum(low[:, None] - others, others - high[:, None])
+        return cls(ends, high - low, nearest, gaps)
 
 
-def _clear_around(blocks: IntArray, coarse: FloatArray) -> NDArray[np.bool_]:
-    """Which blocks (n, 2, 3) have none of some places beside them."""
-    gaps = np.full((len(blocks), len(coarse)), -np.inf)
-    for side, axis in product((0, 1), range(3)):
-        ends, places = blocks[:, side, axis, None], coarse[:, axis]
-        np.maximum(gaps, places - ends if side else ends - places, out=gaps)
-    return np.asarray(((gaps <= 0) | (gaps >= _BESIDE)).all(axis=1))
+def _of_size(sides: list[_Sides], size: int) -> IntArray:
+    """Some blocks (n, 2, 3) whose longest side has so many cells, none 2 cells shorter, with no other places beside
+    them; those whose boundary is far from the place come first.
+    """
+    rows = [np.flatnonzero((side.lengths <= size) & (side.lengths >= size - 2)) for side in sides]
+    shape = [len(part) for part in rows]
+    if not all(shape):
+        return np.zeros((0, 2, 3), np.int64)
+    used = list(zip(sides, rows, strict=True))
+    gaps = _outer(np.maximum, [side.gaps[part] for side, part in used])
+    good = (_outer(np.maximum, [side.lengths[part] for side, part in used]) == size).ravel()
+    good &= ((gaps <= 0) | (gaps >= _BESIDE)).all(axis=3).ravel()
+    found = np.flatnonzero(good)
+    nearest = _outer(np.minimum, [side.nearest[part] for side, part in used]).ravel()[found]
+    found = found[np.argsort(-nearest, kind="stable")][:_SAMPLE]
+    chosen = np.unravel_index(found, shape)
+    return np.stack([side.ends[part[row]] for (side, part), row in zip(used, chosen, strict=True)], axis=2)
+
+
+def _outer(combine: np.ufunc, parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """What belongs to all triples of rows of three arrays (..., m)."""
+    x, y, z = parts
+    return np.asarray(combine(combine(x[:, None, None], y[:, None]), z))
 
 
 def _clear_ribs(germ: Germ, corners: FloatArray) -> NDArray[np.bool_]:
