@@ -98,31 +98,33 @@ def _find_ranges(
                 low, high = abs(powers[3, m]), abs(powers[4, m])
                 powers[axis, m] = low if low > high else high
         if first == 0:
-            one[:] = 0.0
-            for i in range(a):
+            for m in range(a):
                 for j in range(b):
                     for k in range(c):
-                        if weight[i, j, k] != 0.0:
-                            for m in range(a):
-                                one[m, j, k] += matrices[0, i, m] * q[i, j, k]
+                        total = 0.0
+                        for i in range(a):
+                            total += matrices[0, i, m] * q[i, j, k]
+                        one[m, j, k] = total
         if first < 2:
-            two[:] = 0.0
-            sizes[:] = 0.0
-            for i in range(a):
-                for j in range(b):
-                    for k in range(c):
-                        sizes[k] += weight[i, j, k] * powers[0, i] * powers[1, j]
-                        for m in range(b):
-                            two[i, m, k] += matrices[1, j, m] * one[i, j, k]
+            for k in range(c):
+                sizes[k] = 0.0
+                for i in range(a):
+                    for m in range(b):
+                        total = 0.0
+                        for j in range(b):
+                            total += matrices[1, j, m] * one[i, j, k]
+                        two[i, m, k] = total
+                        sizes[k] += weight[i, m, k] * powers[0, i] * powers[1, m]
         size = 0.0
         for k in range(c):
             size += sizes[k] * powers[2, k]
-        hull[:] = 0.0
         for i in range(a):
             for j in range(b):
-                for k in range(c):
-                    for m in range(c):
-                        hull[i, j, m] += matrices[2, k, m] * two[i, j, k]
+                for m in range(c):
+                    total = 0.0
+                    for k in range(c):
+                        total += matrices[2, k, m] * two[i, j, k]
+                    hull[i, j, m] = total
         slack = error * size
         for axis in range(3):  # the values, then the steps along u and v
             low, high, u, v = np.inf, -np.inf, int(axis == 1), int(axis == 2)
