@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from implicit.kernels.elementary import OPTIONS
 from implicit.mesh import area_weighted_normals
-from implicit.topology import components, find_edges, split_vertices
+from implicit.topology import components, find_edges, renumbered, split_vertices
 from implicit.work import trimmed
 
 FloatArray = NDArray[np.float64]
@@ -192,8 +192,7 @@ def _spoiled(merged: IntArray, leaders: IntArray, size: int) -> IntArray:
 def fill_normals(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
     """Give vertices where the gradient vanishes the mean normal of their faces, in `normals` itself."""
     flat: NDArray[np.bool_] = np.asarray(~normals.any(axis=1))
-    near = faces[list_marked(faces, flat)]
-    used, place = np.unique(near, return_inverse=True)
-    mean = area_weighted_normals(vertices[used], place.reshape(-1, 3))
+    used, near = renumbered(faces[list_marked(faces, flat)], len(vertices))
+    mean = area_weighted_normals(vertices[used], near)
     wanted = flat[used]
     normals[used[wanted]] = mean[wanted]

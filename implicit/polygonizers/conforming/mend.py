@@ -11,16 +11,14 @@ a side nor the other diagonal of two triangles changes the topology.
 #    \ /         \|/         \|/
 #     s           s           s
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from implicit.kernels.elementary import OPTIONS
 from implicit.polygonizers.clip import unit
+from implicit.polygonizers.conforming.facing import measure
 from implicit.polygonizers.conforming.local import Local, among
 from implicit.polygonizers.steps import step_onto
 from implicit.polygonizers.weld import list_marked
@@ -46,8 +44,7 @@ _OFF = 1e-10
 class _Patch:
     """Faces (n, 3) over vertices and unit normals (v, 3), some `fixed` (v,), with what is measured of each once.
 
-    bends (n, 3): the cosine between the normals at the ends of the side that begins at each corner, 1 at fixed ends.
-    facing (n,): the least cosine between the face and the normals at its corners that are not fixed, at most 1.
+    bends (n, 3) and facing (n,): what `measure` says of each.
     """
 
     vertices: FloatArray
@@ -60,9 +57,7 @@ class _Patch:
     @classmethod
     def of(cls, vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> "_Patch":
         """The faces measured."""
-        bends, facing = np.empty(faces.shape), np.empty(len(faces))
-        _measure(vertices, normals, fixed, np.ascontiguousarray(faces), bends, facing)
-        return cls(vertices, normals, fixed, faces, bends, facing)
+        return cls(vertices, normals, fixed, faces, *measure(vertices, normals, fixed, faces))
 
     def others(self, vertices: FloatArray, normals: FloatArray, faces: IntArray) -> "_Patch":
         """Other faces, between its vertices and more of them."""
@@ -91,26 +86,6 @@ def _put(old: NDArray[Any], rows: IntArray, new: NDArray[Any]) -> NDArray[Any]:
     result = np.concatenate([old, new[len(rows) :]])
     result[rows] = new[: len(rows)]
     return result
-
-
-@njit(**OPTIONS)
-def _measure(vertices: Any, normals: Any, fixed: Any, faces: Any, bends: Any, facing: Any) -> None:
-    for row in range(len(faces)):
-        a, b, c = vertices[faces[row, 0]], vertices[faces[row, 1]], vertices[faces[row, 2]]
-        u, v, w = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        r, s, t = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-        x, y, z = v * t - w * s, w * r - u * t, u * s - v * r
-        length = max(math.sqrt(x * x + y * y + z * z), 1e-300)
-        x, y, z = x / length, y / length, z / length
-        least = 1.0
-        for k in range(3):
-            p, q = faces[row, k], faces[row, (k + 1) % 3]
-            m, n = normals[p], normals[q]
-            bends[row, k] = 1.0 if fixed[p] or fixed[q] else m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
-            cosine = x * m[0] + z * m[2] + y * m[1]
-            if not fixed[p] and cosine < least:
-                least = cosine
-        facing[row] = least
 
 
 def mend(local: Local, mesh: Mesh, fixed: Flags) -> Mesh:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from implicit.polygonizers.clip import cut_along
 from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, fault, find_rims, in_order
 from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim
+from implicit.polygonizers.conforming.facing import turned
 from implicit.polygonizers.conforming.local import Local, among, at_all, at_some, proper
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.points.inward import Mesh, split_fans, turned
+from implicit.polygonizers.conforming.points.inward import Mesh, split_fans
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
