@@ -13,6 +13,7 @@ from implicit.polygonizers.conforming.curves.ring import Circle, Circles, counts
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local, among, distinct, frame, merged, pairs_of
 from implicit.polygonizers.conforming.points.blowup import germs_at, regular_cones
+from implicit.polygonizers.conforming.points.squares import Lattice
 from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.tetrahedra.region import build_region, cells_round
 
@@ -156,3 +157,15 @@ def test_tangent_cones_are_smooth_or_no_block_is_tried(formula: str, smooth: boo
 def test_each_edge_is_named_once() -> None:
     simplices = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
     assert pairs_of(simplices).tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
+
+
+def test_beside_each_edge_of_a_block_are_squares_or_its_rib() -> None:
+    lattice = Lattice.of(np.array([[-1.3, -2.2, -1.1], [0.1, 0.2, 0.3]]), np.array([[1.7, 1.8, 1.9], [3.1, 2.2, 1.3]]))
+    boxes = np.concatenate([lattice.squares, lattice.ends])[lattice.beside]
+    edges = lattice.edges[:, None]
+    assert (boxes[:, :, 3] == edges[:, :, 3]).all()
+    assert (boxes[..., 0] <= edges[..., 0] + 1e-12).all()
+    assert (boxes[..., 1] >= edges[..., 1] - 1e-12).all()
+    rib = lattice.beside >= len(lattice.squares)
+    assert (rib.sum(axis=1) <= 1).all()
+    assert np.array_equal(boxes[rib], np.broadcast_to(edges, boxes.shape)[rib])

@@ -6,7 +6,7 @@ Nothing is stitched: the sweep itself has made the rim, so there is no seam.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ _PER_SIZE = 3
 """So many blocks of each size are tried for a point."""
 _SAMPLE = 60
 """So many blocks of each size are looked at."""
-_TOGETHER = 12
+_TOGETHER = 5
 """The ribs of so many are looked at together."""
 _BESIDE = 3.0
 """Places less than so many cells away are beside a block."""
@@ -40,6 +40,9 @@ _CLEAR = 0.2
 """In a block worth trying the tangent cone stays so many cells away from corners and does not touch ribs."""
 _ENDS = np.array([[np.insert((i, j), axis, end) for end in (0, 1)] for axis, i, j in product(range(3), (0, 1), (0, 1))])
 """The ribs (12, 2, 3) of a block, four along each axis: for both ends, which side of the block it lies on."""
+
+_SHARES = np.linspace(0, 1, 9)
+"""Where along a rib the tangent cone is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +126,12 @@ def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray, c
         return
     coarse = coarse[np.abs(coarse - unit).max(axis=1, initial=0) < _FARTHEST + 1 + _BESIDE]
     sides = [_Sides.of(float(unit[axis]), int(least[axis]), int(most[axis]), coarse[:, axis]) for axis in range(3)]
-    for size in range(2, 2 * _FARTHEST + 2):
-        group = _of_size(sides, size)
+    sizes, blocks = _blocks_of(sides)
+    for first, last in pairwise([0, *(np.flatnonzero(np.diff(sizes)) + 1), len(sizes)]):
         clear = 0
-        for part in np.split(group, range(_TOGETHER, len(group), _TOGETHER)):
-            if clear < _PER_SIZE and len(part):
+        for start in range(first, min(last, first + _SAMPLE), _TOGETHER):
+            if clear < _PER_SIZE:
+                part = blocks[start : min(start + _TOGETHER, first + _SAMPLE, last)]
                 part = part[_clear_ribs(germ, part - unit)]
                 yield from part[: _PER_SIZE - clear]
                 clear += len(part)
@@ -135,14 +139,17 @@ def _candidates(germ: Germ, unit: FloatArray, least: IntArray, most: IntArray, c
 
 @dataclass(frozen=True, eq=False)
 class _Sides:
-    """Ranges (n, 2) of cells that hold a place, their lengths (n,), how near their ends are to it (n,), and how far
-    outside them some other places are (n, m), negative inside.
+    """Ranges (n, 2) of cells that hold a place, their lengths (n,), and how near their ends are to it (n,).
+
+    away and around (n, m): bits, 64 in each number, which of some other places are not beside the range, as they are
+    well outside it, and which are inside.
     """
 
     ends: IntArray
     lengths: IntArray
     nearest: FloatArray
-    gaps: FloatArray
+    away: NDArray[np.uint64]
+    around: NDArray[np.uint64]
 
     @classmethod
     def of(cls, unit: float, least: int, most: int, others: FloatArray) -> "_Sides":
@@ -153,40 +160,44 @@ class _Sides:
         ends, nearest = ends[nearest > _NEAREST], nearest[nearest > _NEAREST]
         low, high = ends.T
         gaps = np.maximum(low[:, None] - others, others - high[:, None])
-        return cls(ends, high - low, nearest, gaps)
+        return cls(ends, high - low, nearest, _bits(gaps >= _BESIDE), _bits(gaps <= 0))
 
 
-def _of_size(sides: list[_Sides], size: int) -> IntArray:
-    """Some blocks (n, 2, 3) whose longest side has so many cells, none 2 cells shorter, with no other places beside
-    them; those whose boundary is far from the place come first.
+def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Flags (n, k) in numbers (n, m) of 64 bits; the last ones are set."""
+    padded = np.ones((len(flags), flags.shape[1] + -flags.shape[1] % 64), bool)
+    padded[:, : flags.shape[1]] = flags
+    return np.packbits(padded, axis=1).view(np.uint64)
+
+
+def _blocks_of(sides: list[_Sides]) -> tuple[IntArray, IntArray]:
+    """The cells (n,) along the longest side, and the blocks (n, 2, 3) themselves, with no side 2 cells shorter, and no
+    other places beside them; small ones first, and then those whose boundary is far from the place.
     """
-    rows = [np.flatnonzero((side.lengths <= size) & (side.lengths >= size - 2)) for side in sides]
-    shape = [len(part) for part in rows]
-    if not all(shape):
-        return np.zeros((0, 2, 3), np.int64)
-    used = list(zip(sides, rows, strict=True))
-    gaps = _outer(np.maximum, [side.gaps[part] for side, part in used])
-    good = (_outer(np.maximum, [side.lengths[part] for side, part in used]) == size).ravel()
-    good &= ((gaps <= 0) | (gaps >= _BESIDE)).all(axis=3).ravel()
-    found = np.flatnonzero(good)
-    nearest = _outer(np.minimum, [side.nearest[part] for side, part in used]).ravel()[found]
-    found = found[np.argsort(-nearest, kind="stable")][:_SAMPLE]
-    chosen = np.unravel_index(found, shape)
-    return np.stack([side.ends[part[row]] for (side, part), row in zip(used, chosen, strict=True)], axis=2)
+    longest = _outer(np.maximum, [side.lengths for side in sides])
+    good = (longest > 1) & (_outer(np.minimum, [side.lengths for side in sides]) >= longest - 2)
+    for word in range(sides[0].away.shape[1]):
+        away = _outer(np.bitwise_or, [side.away[:, word] for side in sides])
+        around = _outer(np.bitwise_and, [side.around[:, word] for side in sides])
+        good &= ~(away | around) == 0
+    rows = np.flatnonzero(good)
+    nearest = _outer(np.minimum, [side.nearest for side in sides]).ravel()[rows]
+    rows = rows[np.lexsort((-nearest, longest.ravel()[rows]))]
+    chosen = zip(sides, np.unravel_index(rows, good.shape), strict=True)
+    return longest.ravel()[rows], np.stack([side.ends[row] for side, row in chosen], axis=2)
 
 
 def _outer(combine: np.ufunc, parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """What belongs to all triples of rows of three arrays (..., m)."""
+    """What belongs to all triples of three arrays."""
     x, y, z = parts
     return np.asarray(combine(combine(x[:, None, None], y[:, None]), z))
 
 
 def _clear_ribs(germ: Germ, corners: FloatArray) -> NDArray[np.bool_]:
     """Which blocks (n, 2, 3) have ribs that the tangent cone crosses transversally, if at all."""
-    share = np.linspace(0, 1, 9)
     ends = corners[:, _ENDS, range(3)]
-    w = ends[:, :, 0, None] + share[:, None] * (ends[:, :, 1] - ends[:, :, 0])[:, :, None]
-    w = w.reshape(-1, 3, 4, len(share), 3)
+    w = ends[:, :, 0, None] + _SHARES[:, None] * (ends[:, :, 1] - ends[:, :, 0])[:, :, None]
+    w = w.reshape(-1, 3, 4, len(_SHARES), 3)
     value, slope = germ.tangent_cone(w.reshape(-1, 3))
     value, slope = np.abs(value).reshape(w.shape[:-1]), slope.reshape(w.shape)
     steep = np.linalg.norm(slope, axis=-1)

@@ -168,10 +168,9 @@ def _hold_cones(faces: Hull, lattice: Lattice) -> Flags:
     count = len(faces.coefficients) // 6
     squares, ends = lattice.squares.copy(), lattice.ends.copy()
     squares[:, 0, 0] = ends[:, 0, 0] = 0
-    simple = _simple(faces, squares)
-    left, ends = np.flatnonzero(~simple), ends[~_simple(faces, ends)]
-    rim, known = faces.at_end(), np.append(simple, _without(count, ends))
-    squares = squares[left]
+    simple, clear = _simple(faces, squares), _simple(faces, ends)
+    left, rim, known = np.flatnonzero(~simple), faces.at_end(), np.append(simple, clear)
+    squares, ends = squares[left], ends[~clear]
     return _without(
         count,
         ends[~_everywhere(faces, ends, _simple)],
@@ -184,7 +183,7 @@ def _hold_cones(faces: Hull, lattice: Lattice) -> Flags:
 def _wrong_edges(rim: Hull, lattice: Lattice, known: Flags) -> FloatArray:
     """The edges that may be crossed more than once, with a square beside in which the curve may turn by a right angle.
 
-    known: the squares where it does not, and, last, the blocks of which all ribs are known to be crossed once at most.
+    known: the squares where it is known that it does not, and, last, the ribs known to be crossed once at most.
     """
     left = np.flatnonzero(~known[lattice.beside].all(axis=1))
     left = left[~_crossed_once(rim, lattice.edges[left])]
@@ -270,7 +269,7 @@ def _free(q: Hull, boxes: FloatArray) -> Flags:
 
 def _regular(q: Hull, boxes: FloatArray) -> Flags:
     """Where q has no critical point in (u, v)."""
-    bounds = q.ranges(boxes)
+    bounds = q.ranges(boxes, everywhere=True)
     return np.asarray(((bounds[:, 2::2] > 0) | (bounds[:, 3::2] < 0)).any(axis=1))
 
 

@@ -31,11 +31,11 @@ class Hull:
         q, sizes = (part.sum(axis=1, keepdims=True) for part in (self.coefficients, self.sizes))
         return Hull(q, sizes)
 
-    def ranges(self, boxes: FloatArray) -> FloatArray:
+    def ranges(self, boxes: FloatArray, everywhere: bool = False) -> FloatArray:
         """Bounds (n, 6) of q and its derivatives in u and v on boxes (n, 4, 2), rounding included.
 
         Boxes are ranges of t, u and v, and the number of the face, twice. Where a box has no width along an axis, the
-        derivative along it is given as 0.
+        derivative along it is given as 0; and where q has no zero, unless they are wanted everywhere.
         """
         result = np.empty((len(boxes), 6))
         shape = self.coefficients.shape[1:]
@@ -44,7 +44,7 @@ class Hull:
         matrices, powers = np.empty((3, max(shape), max(shape))), np.empty((5, max(shape)))
         _find_ranges(
             self.coefficients, self.sizes, np.ascontiguousarray(boxes), weights, error, result, matrices, powers,
-            np.empty((3, *shape)), np.empty(shape[2]),
+            np.empty((3, *shape)), np.empty(shape[2]), everywhere,
         )  # fmt: skip
         return result
 
@@ -75,7 +75,7 @@ def _fill_matrix(low: float, high: float, weights: Any, n: int, powers: Any, mat
 @njit(**OPTIONS)
 def _find_ranges(
     faces: Any, abs_faces: Any, boxes: Any, weights: Any, error: float, result: Any, matrices: Any, powers: Any,
-    room: Any, sizes: Any,
+    room: Any, sizes: Any, everywhere: bool,
 ) -> None:  # fmt: skip
     _, a, b, c = room.shape
     one, two, hull = room[0], room[1], room[2]
@@ -128,6 +128,9 @@ def _find_ranges(
         slack = error * size
         for axis in range(3):  # the values, then the steps along u and v
             low, high, u, v = np.inf, -np.inf, int(axis == 1), int(axis == 2)
+            if axis > 0 and not everywhere and (result[index, 0] > 0.0 or result[index, 1] < 0.0):
+                result[index, 2 * axis] = result[index, 2 * axis + 1] = 0.0
+                continue
             for i in range(a):
                 for j in range(b - u):
                     for k in range(c - v):

@@ -17,7 +17,7 @@ class Lattice:
 
     Each block has six faces: w[axis] = lower, w[axis] = upper for each axis. Points, edges and ribs with corners
     (`ends`) are boxes without width. beside: the squares on both sides of each edge, and where there is none, as many
-    as there are squares and the number of the block. corners: the points (n, 4) round each square.
+    as there are squares and the row of the edge among the ends. corners: the points (n, 4) round each square.
     """
 
     squares: FloatArray
@@ -40,9 +40,13 @@ class Lattice:
         for some in zip(*((part.squares, part.edges, part.points, part.ends) for part in parts), strict=True):
             block, joined = np.repeat(rows, [len(part) for part in some]), np.concatenate(some)
             boxes.append(joined + shift[block, joined[:, 3, 0].astype(np.int64)])
-        before, points = (np.cumsum([0, *map(len, some)]) for some in zip(*((p.squares, p.points) for p in parts)))
+        before, points, ribs = (
+            np.cumsum([0, *map(len, some)])
+            for some in zip(*((part.squares, part.points, part.ends) for part in parts), strict=True)
+        )
         beside = [
-            np.where(part.beside < 0, before[-1] + row, part.beside + before[row]) for row, part in enumerate(parts)
+            np.where(part.beside < 0, before[-1] + rib - 1 - part.beside, part.beside + first)
+            for part, first, rib in zip(parts, before, ribs, strict=False)
         ]
         corners = [part.corners + first for part, first in zip(parts, points, strict=False)]
         squares, edges, places, ends = boxes
@@ -56,15 +60,15 @@ def blocks_of(boxes: FloatArray) -> IntArray:
 
 @lru_cache(maxsize=64)
 def _at_origin(*sizes: int) -> Lattice:
-    """That of a block of so many cells from the origin on; -1 where no square is beside an edge."""
+    """That of a block of so many cells from the origin on; -1 - row of an edge where no square is beside it."""
     parts: list[tuple[NDArray[np.generic], ...]] = []
-    squares = points = 0
+    squares = points = ribs = 0
     for number, (axis, _) in enumerate(product(range(3), range(2))):
         p, r = (np.arange(sizes[a % 3] + 1.0) for a in (axis + 1, axis + 2))
         part = _face_boxes(p, r, number)
         beside, corners = _neighbours(len(p) - 1, len(r) - 1)
-        parts.append((*part, np.where(beside < 0, -1, beside + squares), corners + points))
-        squares, points = squares + len(part[0]), points + len(part[2])
+        parts.append((*part, beside + np.where(beside < 0, -ribs, squares), corners + points))
+        squares, points, ribs = squares + len(part[0]), points + len(part[2]), ribs + len(part[3])
     return Lattice(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
@@ -79,9 +83,11 @@ def _face_boxes(p: FloatArray, r: FloatArray, number: int) -> tuple[FloatArray, 
 
 
 def _neighbours(n: int, m: int) -> tuple[IntArray, IntArray]:
-    """For a face of n x m squares: those beside each edge, and the points round each square."""
-    square = np.full((n + 2, m + 2), -1)
+    """For a face of n x m squares: those beside each edge, or -1 - row of a rib, and the points round each square."""
+    square = np.zeros((n + 2, m + 2), np.int64)
     square[1:-1, 1:-1] = np.arange(n * m).reshape(n, m)
+    square[(0, -1), 1:-1] = -1 - np.arange(2 * m).reshape(2, m)
+    square[1:-1, (0, -1)] = -1 - 2 * m - np.arange(2 * n).reshape(n, 2)
     across = np.stack([square[:-1, 1:-1], square[1:, 1:-1]], axis=-1).reshape(-1, 2)
     along = np.stack([square[1:-1, :-1], square[1:-1, 1:]], axis=-1).reshape(-1, 2)
     point = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
