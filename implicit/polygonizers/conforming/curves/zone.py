@@ -106,11 +106,11 @@ class Zones:
 
     def cells(self, size: IntArray) -> IntArray:
         """The cells (n, 3) of a lattice round the zones: those and the ones beside them hold all rims."""
-        found = [np.zeros((0, 3), np.int64)]
-        for part in self.stretches:
-            reach = np.ceil(part.radii + RIM + _ASIDE).astype(np.int64) - 1
-            found += [cells_round(part.places[reach == cells], int(cells), size) for cells in np.unique(reach)]
-        return np.concatenate(found)
+        places = np.concatenate([np.zeros((0, 3)), *(part.places for part in self.stretches)])
+        radii = np.concatenate([np.zeros(0), *(part.radii for part in self.stretches)])
+        reach = np.ceil(radii + RIM + _ASIDE).astype(np.int64) - 1
+        found = [cells_round(places[reach == cells], int(cells), size) for cells in np.unique(reach)]
+        return np.concatenate([np.zeros((0, 3), np.int64), *found])
 
     def measure(self, places: FloatArray) -> "Feet":
         """The feet of places (n, 3) on the curves."""

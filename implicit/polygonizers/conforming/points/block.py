@@ -210,21 +210,19 @@ def _clear_ribs(germ: Germ, corners: FloatArray) -> NDArray[np.bool_]:
 def put_cones(corners: FloatArray, faces: IntArray, grid: Grid, blocks: list[Block], first: int) -> Put:
     """Which faces, with corners (n, 3, 3), lie in blocks, and cones in their place; apexes are numbered on `first`."""
     cells = np.floor(grid.to_units(corners.mean(axis=1))).astype(np.int64)
-    gone = np.zeros(len(faces), bool)
-    cones = [np.zeros((0, 3), np.int64)]
-    for apex, block in enumerate(blocks, first):
-        inside = block.holds(cells)
-        gone |= inside
-        rim = boundary(faces[inside])
-        cones.append(np.column_stack([rim, np.full(len(rim), apex)]))
-    return gone, np.concatenate(cones)
+    owner = np.full(len(faces), -1)
+    for row, block in enumerate(blocks):
+        owner[block.holds(cells)] = row
+    gone = owner >= 0
+    edges, owner = _rims(faces[gone], owner[gone])
+    return gone, np.column_stack([edges, first + owner])
 
 
-def boundary(faces: IntArray) -> IntArray:
-    """The directed edges (n, 2) of the faces whose opposite is no edge of them."""
-    edges = np.concatenate([faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]])
-    if not len(edges):
-        return np.zeros((0, 2), np.int64)
-    size = int(edges.max()) + 1
-    single = ~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])
-    return np.asarray(edges[single])
+def _rims(faces: IntArray, owner: IntArray) -> tuple[IntArray, IntArray]:
+    """The directed edges (n, 2) of faces whose opposite is none of the same owner's, and their owners, ascending."""
+    edges, owner = np.concatenate([faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]]), np.tile(owner, 3)
+    size = int(edges.max(initial=0)) + 1
+    (start, stop), shift = edges.T, owner * size**2
+    single = np.flatnonzero(~np.isin(shift + start * size + stop, shift + stop * size + start))
+    single = single[np.argsort(owner[single], kind="stable")]
+    return edges[single], owner[single]
