@@ -144,10 +144,10 @@ def _mesh(
     vertices, normals, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
     if seeds is not None:
         drop_pieces(vertices, faces, seeds, 2 * step)
-        (vertices, normals, faces), _ = squeeze(vertices, normals, faces)
+        vertices, normals, faces = squeeze(vertices, normals, faces)
     if isinstance(domain, Ball):
         vertices, normals, faces = clip(vertices, normals, faces, domain, surface.field, step)
-        (vertices, normals, faces), _ = squeeze(vertices, normals, faces)
+        vertices, normals, faces = squeeze(vertices, normals, faces)
     if marched.flat or isinstance(domain, Ball):
         fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals)

@@ -117,16 +117,17 @@ def _squeeze(vertices: Any, normals: Any, faces: Any, number: Any) -> tuple[int,
     return n, t
 
 
-def squeeze(
-    vertices: FloatArray, normals: FloatArray, faces: IntArray, kept: IntArray | None = None
-) -> tuple[Arrays, IntArray]:
-    """Drop faces with repeated vertices and then vertices without faces that are not `kept`; the arrays are used up.
+def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Arrays:
+    """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
+    return squeeze_keeping(vertices, normals, faces, np.zeros(0, np.int64))[0]
 
-    And the number that each vertex has then, -1 if it is gone.
-    """
+
+def squeeze_keeping(
+    vertices: FloatArray, normals: FloatArray, faces: IntArray, kept: IntArray
+) -> tuple[Arrays, IntArray]:
+    """The same, but that some vertices are kept; and the number that each vertex has then, -1 if it is gone."""
     number = np.full(len(vertices), -1)
-    if kept is not None:
-        number[kept] = 0
+    number[kept] = 0
     n, t = _squeeze(vertices, normals, faces, number)
     return (trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)), number
 

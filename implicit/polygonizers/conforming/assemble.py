@@ -29,7 +29,7 @@ from implicit.polygonizers.conforming.sweep import Sweep
 from implicit.polygonizers.conforming.trim import rims, trim
 from implicit.polygonizers.marching import march
 from implicit.polygonizers.samples import choose_sampler
-from implicit.polygonizers.weld import fill_normals, squeeze, weld
+from implicit.polygonizers.weld import fill_normals, squeeze_keeping, weld
 from implicit.work import Job, Progress, check_workers
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
         cells = cells[~holds(cells)]
     doubts = [*draft.doubts, boxes_of(corners[cosines < TURN]), hidden(local.field, grid, cells)]
     unresolved = _meeting(domain.box, np.concatenate(doubts))
-    (vertices, normals, faces), number = squeeze(vertices, normals, faces, np.concatenate([special, *curves]))
+    (vertices, normals, faces), number = squeeze_keeping(vertices, normals, faces, np.concatenate([special, *curves]))
     fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals, [number[curve] for curve in curves], number[special], unresolved)
 
