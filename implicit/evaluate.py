@@ -46,11 +46,11 @@ class PolynomialField:
     def _rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats]:
         order = np.lexsort(self.exponents.T[::-1])
         sorted_exponents = self.exponents[order]
-        rows, starts = np.unique(sorted_exponents[:, :2], axis=0, return_index=True)
-        starts = np.append(starts, len(order)).astype(np.int64)
+        fresh = (np.diff(sorted_exponents[:, :2], axis=0, prepend=-1) != 0).any(axis=1)
+        starts = np.flatnonzero(fresh)
         return (
-            rows,
-            starts,
+            sorted_exponents[starts, :2],
+            np.append(starts, len(order)),
             np.ascontiguousarray(sorted_exponents[:, 2]),
             np.ascontiguousarray(self.coefficients[order]),
         )

@@ -10,7 +10,7 @@ from implicit.mesh import Mesh
 from implicit.polygonizers.conforming import conforming
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.points.block import find_blocks
-from implicit.polygonizers.conforming.points.blowup import Germ, is_cone
+from implicit.polygonizers.conforming.points.blowup import are_cones, germs_at
 from implicit.singular import SingularLocus, SingularPoint
 from tests.benchmarks.conforming import turned
 from tests.singular_cases import case_of, residual, topology, truth_of
@@ -125,7 +125,8 @@ def test_a_block_is_found_for_random_cones(seed: int) -> None:
 def test_no_cone_is_proved_where_there_is_none() -> None:
     grid = Grid.over(Ball(1), 16, 6)
     smooth = Surface("x^2 + y^2 + z^2 = 1/4").field
-    assert not is_cone(Germ.at(smooth, np.array([0.0, 0, 0.5]), grid.step), np.full(3, -2.0), np.full(3, 2.0))
+    ends = np.full((1, 3), 2.0)
+    assert not are_cones(germs_at(smooth, np.array([[0.0, 0, 0.5]]), grid.step), -ends, ends)[0]
     nowhere, first = np.zeros((0, 3)), np.array([0])
     cusp = Surface("x^2 + y^2 = z^3").field
     assert find_blocks(cusp, grid, np.zeros((1, 3)), first, nowhere)[1].tolist() == [0]

@@ -12,7 +12,8 @@ from implicit.polygonizers.conforming.curves.arc import Arc
 from implicit.polygonizers.conforming.curves.ring import Circle, Circles, counts, crossings, stable
 from implicit.polygonizers.conforming.grid import Grid
 from implicit.polygonizers.conforming.local import Local, among, distinct, frame, merged, pairs_of
-from implicit.polygonizers.conforming.points.blowup import Germ, has_regular_cone
+from implicit.polygonizers.conforming.points.blowup import germs_at, regular_cones
+from implicit.polygonizers.conforming.points.squares import Lattice
 from implicit.polygonizers.conforming.tetrahedra.cavity import Cavity, dead_vertices
 from implicit.polygonizers.conforming.tetrahedra.region import build_region, cells_round
 
@@ -150,9 +151,21 @@ def test_turning_lists_the_faces_whose_normals_part() -> None:
     [("x^2 + 2*y^2 - z^2", True), ("x^3 + y^3 + z^3", True), ("x^2 + y^2 - z^3", False), ("x^2*y - z^3 + y^4", False)],
 )
 def test_tangent_cones_are_smooth_or_no_block_is_tried(formula: str, smooth: bool) -> None:
-    assert has_regular_cone(Germ.at(Surface(formula).field, np.zeros(3), 0.1)) is smooth  # type: ignore[arg-type]
+    assert regular_cones(germs_at(Surface(formula).field, np.zeros((1, 3)), 0.1)).tolist() == [smooth]  # type: ignore[arg-type]
 
 
 def test_each_edge_is_named_once() -> None:
     simplices = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
     assert pairs_of(simplices).tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
+
+
+def test_beside_each_edge_of_a_block_are_squares_or_its_rib() -> None:
+    lattice = Lattice.of(np.array([[-1.3, -2.2, -1.1], [0.1, 0.2, 0.3]]), np.array([[1.7, 1.8, 1.9], [3.1, 2.2, 1.3]]))
+    boxes = np.concatenate([lattice.squares, lattice.ends])[lattice.beside]
+    edges = lattice.edges[:, None]
+    assert (boxes[:, :, 3] == edges[:, :, 3]).all()
+    assert (boxes[..., 0] <= edges[..., 0] + 1e-12).all()
+    assert (boxes[..., 1] >= edges[..., 1] - 1e-12).all()
+    rib = lattice.beside >= len(lattice.squares)
+    assert (rib.sum(axis=1) <= 1).all()
+    assert np.array_equal(boxes[rib], np.broadcast_to(edges, boxes.shape)[rib])

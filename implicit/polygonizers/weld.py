@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from implicit.kernels.elementary import OPTIONS
 from implicit.mesh import area_weighted_normals
-from implicit.topology import components, find_edges, split_vertices
+from implicit.topology import components, find_edges, renumbered, split_vertices
 from implicit.work import trimmed
 
 FloatArray = NDArray[np.float64]
@@ -119,8 +119,17 @@ def _squeeze(vertices: Any, normals: Any, faces: Any, number: Any) -> tuple[int,
 
 def squeeze(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Arrays:
     """Drop faces with repeated vertices and then vertices without faces; the arrays are used up."""
-    n, t = _squeeze(vertices, normals, faces, np.full(len(vertices), -1))
-    return trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)
+    return squeeze_keeping(vertices, normals, faces, np.zeros(0, np.int64))[0]
+
+
+def squeeze_keeping(
+    vertices: FloatArray, normals: FloatArray, faces: IntArray, kept: IntArray
+) -> tuple[Arrays, IntArray]:
+    """The same, but that some vertices are kept; and the number that each vertex has then, -1 if it is gone."""
+    number = np.full(len(vertices), -1)
+    number[kept] = 0
+    n, t = _squeeze(vertices, normals, faces, number)
+    return (trimmed(vertices, n), trimmed(normals, n), trimmed(faces, t)), number
 
 
 def _meeting(vertices: FloatArray, pinned: IntArray) -> IntArray:
@@ -184,8 +193,7 @@ def _spoiled(merged: IntArray, leaders: IntArray, size: int) -> IntArray:
 def fill_normals(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> None:
     """Give vertices where the gradient vanishes the mean normal of their faces, in `normals` itself."""
     flat: NDArray[np.bool_] = np.asarray(~normals.any(axis=1))
-    near = faces[list_marked(faces, flat)]
-    used, place = np.unique(near, return_inverse=True)
-    mean = area_weighted_normals(vertices[used], place.reshape(-1, 3))
+    used, near = renumbered(faces[list_marked(faces, flat)], len(vertices))
+    mean = area_weighted_normals(vertices[used], near)
     wanted = flat[used]
     normals[used[wanted]] = mean[wanted]

@@ -15,51 +15,12 @@ from implicit.polygonizers.conforming.mend import mend
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
 from implicit.polygonizers.conforming.points.block import Block, put_cones
 from implicit.polygonizers.conforming.points.inward import Mesh, refine_inwards
+from implicit.polygonizers.conforming.sweep import Near, Sweep
 from implicit.polygonizers.conforming.tetrahedra.join import join_patch
-from implicit.polygonizers.weld import list_marked
-from implicit.topology import renumbered, with_others
+from implicit.topology import with_others
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class Near:
-    """A part of the sweep: the numbers that its vertices have there, and its faces in numbers of its own."""
-
-    names: IntArray
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-
-
-@dataclass(frozen=True, eq=False)
-class Sweep:
-    """The mesh of the sweep, and where in the lattice with one more cell all round each vertex is."""
-
-    grid: Grid
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-
-    @cached_property
-    def _cells(self) -> IntArray:
-        _, rows, row = self.grid.cells + 2
-        x, y, z = np.floor(self.grid.to_units(self.vertices).T)  # a product with so long a matrix would wake threads
-        return np.asarray(((x + 1) * (rows * row) + (y + 1) * row + (z + 1)).astype(np.int64))
-
-    def near(self, cells: IntArray) -> tuple[NDArray[np.bool_], Near]:
-        """The part with a vertex in some cells (n, 3) or beside them, and which faces do not belong to it."""
-        size = self.grid.cells + 2
-        meant = np.zeros(int(size.prod()), np.bool_)
-        keys = np.ravel_multi_index(tuple(cells.T + 1), tuple(size))
-        for stride in np.array(np.meshgrid(*[(-1, 0, 1)] * 3)).reshape(3, -1).T @ [size[1] * size[2], size[2], 1]:
-            meant[keys + stride] = True
-        rows = list_marked(self.faces, meant[self._cells])
-        names, faces = renumbered(self.faces[rows], len(self.vertices))
-        rest = np.ones(len(self.faces), bool)
-        rest[rows] = False
-        return rest, Near(names, self.vertices[names], self.normals[names], faces)
 
 
 @dataclass(eq=False)

@@ -126,7 +126,7 @@ def with_edges(tetrahedra: IntArray, edges: IntArray) -> IntArray:
 def proper(faces: IntArray) -> IntArray:
     """The faces (n, 3) with three different corners."""
     a, b, c = faces.T
-    return np.asarray(faces[(a != b) & (b != c) & (c != a)])
+    return faces.take(np.flatnonzero((a != b) & (b != c) & (c != a)), axis=0)  # several times as fast as by a mask
 
 
 def distinct(keys: NDArray[Any]) -> NDArray[Any]:

@@ -11,13 +11,15 @@ a side nor the other diagonal of two triangles changes the topology.
 #    \ /         \|/         \|/
 #     s           s           s
 
-from functools import partial
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.local import Local, among, unit_rows
+from implicit.polygonizers.conforming.facing import measure
+from implicit.polygonizers.conforming.local import Local, among
 from implicit.polygonizers.steps import step_onto
 from implicit.polygonizers.weld import list_marked
 
@@ -40,62 +42,109 @@ _OFF = 1e-10
 """Vertices are so near to f = 0, in cells."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Patch:
+    """Faces (n, 3) over vertices and unit normals (v, 3), some `fixed` (v,), with what is measured of each once.
+
+    bends (n, 3) and facing (n,): what `measure` says of each.
+    """
+
+    vertices: FloatArray
+    normals: FloatArray
+    fixed: Flags
+    faces: IntArray
+    bends: FloatArray
+    facing: FloatArray
+
+    @classmethod
+    def of(cls, vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> "_Patch":
+        """The faces measured."""
+        return cls(vertices, normals, fixed, faces, *measure(vertices, normals, fixed, faces))
+
+    def others(self, vertices: FloatArray, normals: FloatArray, faces: IntArray) -> "_Patch":
+        """Other faces, between its vertices and more of them."""
+        if not len(vertices):
+            return _Patch.of(self.vertices, self.normals, self.fixed, faces)
+        fixed = np.append(self.fixed, np.zeros(len(vertices), bool))
+        more = np.concatenate([self.vertices, vertices]), np.concatenate([self.normals, normals])
+        return _Patch.of(*more, fixed, faces)
+
+    def rows(self, rows: IntArray | Flags) -> "_Patch":
+        """Some of the faces."""
+        return replace(self, faces=self.faces[rows], bends=self.bends[rows], facing=self.facing[rows])
+
+    def put(self, rows: IntArray, other: "_Patch") -> "_Patch":
+        """The faces with the first of another patch in some rows, and its others behind the last; over its vertices."""
+        return replace(
+            other,
+            faces=_put(self.faces, rows, other.faces),
+            bends=_put(self.bends, rows, other.bends),
+            facing=_put(self.facing, rows, other.facing),
+        )
+
+
+def _put(old: NDArray[Any], rows: IntArray, new: NDArray[Any]) -> NDArray[Any]:
+    """An array with the first of some new rows in old ones, and the others behind the last."""
+    result = np.concatenate([old, new[len(rows) :]])
+    result[rows] = new[: len(rows)]
+    return result
+
+
 def mend(local: Local, mesh: Mesh, fixed: Flags) -> Mesh:
     """The mesh with bent sides halved, at new vertices on f = 0, and triangles turned that face elsewhere.
 
     Sides between `fixed` vertices (v,) and those at the boundary stay; none with a fixed end is halved.
     """
     vertices, normals, faces = mesh
-    bad = (_bends(normals, fixed, faces) < _BEND).any(axis=1) | (_facing(vertices, normals, fixed, faces) < _FACING)
     whole = np.zeros(len(vertices), np.bool_)
-    whole[faces[bad].ravel()] = True
+    patch = _Patch.of(vertices, normals, fixed, faces)
+    whole[faces[(patch.bends < _BEND).any(axis=1) | (patch.facing < _FACING)].ravel()] = True
     around = np.zeros(len(faces), bool)
     around[list_marked(faces, whole)] = True
-    mesh, failed = (vertices, normals, faces[around]), np.zeros(0, np.int64)
+    patch, failed = patch.rows(around), np.zeros(0, np.int64)
     for _ in range(_ROUNDS):
-        before, tried = mesh, len(failed)
-        (vertices, normals, part), failed = _halve(local, mesh, fixed, failed)
-        more = len(vertices) - len(fixed)
-        fixed, whole = np.append(fixed, np.zeros(more, bool)), np.append(whole, np.ones(more, bool))
-        mesh = vertices, normals, _turn(vertices, normals, fixed, part, whole)
-        if len(failed) == tried and np.array_equal(before[2], mesh[2]):
+        before, tried = patch.faces, len(failed)
+        patch, failed = _halve(local, patch, failed)
+        whole = np.append(whole, np.ones(len(patch.vertices) - len(whole), bool))
+        patch = _turn(patch, whole)
+        if len(failed) == tried and np.array_equal(before, patch.faces):
             break
-    return vertices, normals, np.concatenate([faces[~around], mesh[2]])
+    return patch.vertices, patch.normals, np.concatenate([faces[~around], patch.faces])
 
 
-def _halve(local: Local, mesh: Mesh, fixed: Flags, failed: IntArray) -> tuple[Mesh, IntArray]:
+def _halve(local: Local, patch: _Patch, failed: IntArray) -> tuple[_Patch, IntArray]:
     """Sides halved that bend most in both their triangles; and the keys of those where that has failed."""
-    vertices, normals, faces = mesh
-    size = len(vertices)
-    pairs, quads = _bent(normals, fixed, faces, failed)
+    pairs, quads = _bent(patch, failed)
+    if not len(pairs):
+        return patch, failed
     p, q, r, s = quads.T
-    m = size + np.arange(len(quads))
-    places, upright, good = _middles(local, vertices, normals, quads[:, :2])
-    parts = np.array([np.column_stack(corners) for corners in ((p, m, r), (q, m, s), (m, q, r), (m, p, s))])
-    more = np.concatenate([vertices, places]), np.concatenate([normals, upright])
-    loose = np.append(fixed, np.zeros(len(quads), bool))
-    old = [faces[rows] for rows in pairs.T]
-    for measure in (partial(_facing, *more, loose), partial(_least_bend, more[1], loose)):
-        before, after = (np.min([measure(part) for part in some], axis=0) for some in (old, parts))
-        good &= after >= np.minimum(before, _ALLOWED)
+    size, count = len(patch.vertices), len(quads)
+    m = size + np.arange(count)
+    places, upright, good = _middles(local, patch.vertices, patch.normals, quads[:, :2])
+    parts = patch.others(places, upright, _stacked((p, m, r), (q, m, s), (m, q, r), (m, p, s)))
+    for before, after in (
+        (patch.facing[pairs], parts.facing), (patch.bends[pairs].min(axis=2), parts.bends.min(axis=1)),
+    ):  # fmt: skip
+        good &= after.reshape(4, count).min(axis=0) >= np.minimum(before.min(axis=1), _ALLOWED)
     number = np.append(np.arange(size), np.where(good, size + np.cumsum(good) - 1, -1))
-    first, second, third, fourth = number[parts[:, good]]
-    faces = np.concatenate([faces, third, fourth])
-    faces[pairs[good, 0]], faces[pairs[good, 1]] = first, second
-    mesh = np.concatenate([vertices, places[good]]), np.concatenate([normals, upright[good]]), faces
-    return mesh, np.sort(np.append(failed, _keys(p, q)[~good]))
+    parts = parts.rows(np.tile(good, 4))
+    stay = np.append(np.ones(size, bool), good)
+    parts = replace(
+        parts, vertices=parts.vertices[stay], normals=parts.normals[stay], fixed=parts.fixed[stay],
+        faces=number[parts.faces],
+    )  # fmt: skip
+    return patch.put(pairs[good].T.ravel(), parts), np.sort(np.append(failed, _keys(p, q)[~good]))
 
 
-def _bent(normals: FloatArray, fixed: Flags, faces: IntArray, failed: IntArray) -> tuple[IntArray, IntArray]:
+def _bent(patch: _Patch, failed: IntArray) -> tuple[IntArray, IntArray]:
     """Pairs (m, 2) of faces whose most bent side is that between them, and their corners p, q, r, s (m, 4)."""
-    cosines = _bends(normals, fixed, faces)
-    rows = np.flatnonzero((cosines < _BEND).any(axis=1))
-    part, after = faces[rows], np.roll(faces[rows], -1, axis=1)
-    keys = _keys(part, after)
-    cosines = cosines[rows] + _TIE * (keys % _PRIME)  # of equal ones, both faces choose the same
+    rows = np.flatnonzero((patch.bends < _BEND).any(axis=1))
+    part = patch.faces[rows]
+    keys = _keys(part, np.roll(part, -1, axis=1))
+    cosines = patch.bends[rows] + _TIE * (keys % _PRIME)  # of equal ones, both faces choose the same
     cosines[among(keys, failed)] = 1
     row = np.arange(len(part))
-    quads, beyond = _across(part, 3 * row + cosines.argmin(axis=1), len(normals))
+    quads, beyond = _across(part, 3 * row + cosines.argmin(axis=1), len(patch.vertices))
     own = np.flatnonzero((beyond > row) & (beyond[beyond] == row) & (cosines.min(axis=1, initial=1) < _BEND))
     return np.column_stack([rows[own], rows[beyond[own]]]), quads[own]
 
@@ -116,12 +165,12 @@ def _middles(
     return places, upright, good & (cosines > np.einsum("ij,ij->i", ways[:, 0], ways[:, 1]))
 
 
-def _turn(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray, whole: Flags) -> IntArray:
-    """The faces, with sides of those that face elsewhere turned where both face better then, the best ones first; all
-    faces at vertices that are `whole` (v,) are there.
+def _turn(patch: _Patch, whole: Flags) -> _Patch:
+    """Sides of faces that face elsewhere turned where both face better then, the best ones first; all faces at vertices
+    that are `whole` (v,) are there.
     """
-    facing = _facing(vertices, normals, fixed, faces)
-    bad = facing < _FACING
+    vertices, fixed, faces = patch.vertices, patch.fixed, patch.faces
+    bad = patch.facing < _FACING
     marked = np.zeros(len(vertices), np.bool_)
     marked[faces[bad].ravel()] = True
     rows = list_marked(faces, marked)
@@ -130,35 +179,20 @@ def _turn(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArr
     p, q, r, s = quads.T
     known = np.sort(_keys(part, np.roll(part, -1, axis=1)), axis=None)
     held = (fixed[p] & fixed[q]) | (fixed[r] & fixed[s])
-    held |= _least_bend(normals, fixed, np.column_stack([r, s])) < _TURNED
     free = whole[r] & (beyond >= 0) & ~held & ~among(_keys(r, s), known)
-    pairs = rows[np.column_stack([sides // 3, beyond])]
-    new = np.column_stack([p, s, r]), np.column_stack([s, q, r])
-    after = np.minimum(*(_facing(vertices, normals, fixed, corners) for corners in new))
-    gain = after - facing[pairs].min(axis=1, initial=1)
-    wanted = np.flatnonzero(free & (gain > 0))
-    chosen = _disjoint(quads, wanted[np.argsort(-gain[wanted], kind="stable")])
-    faces = faces.copy()
-    faces[pairs[chosen, 0]], faces[pairs[chosen, 1]] = new[0][chosen], new[1][chosen]
-    return faces
+    bend = (patch.normals[r] * patch.normals[s]).sum(axis=1)
+    free &= fixed[r] | fixed[s] | (bend >= _TURNED)
+    (p, q, r, s), pairs = quads[free].T, rows[np.stack([sides[free] // 3, beyond[free]])]
+    new = patch.others(vertices[:0], vertices[:0], _stacked((p, s, r), (s, q, r)))
+    gain = new.facing.reshape(2, -1).min(axis=0) - patch.facing[pairs].min(axis=0)
+    wanted = np.flatnonzero(gain > 0)
+    chosen = _disjoint(quads[free], wanted[np.argsort(-gain[wanted], kind="stable")])
+    return patch.put(pairs[:, chosen].ravel(), new.rows(np.concatenate([chosen, len(gain) + chosen])))
 
 
-def _bends(normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
-    """The cosines (n, k) between the normals at the ends of the side that begins at each corner; 1 at fixed ends."""
-    after = np.roll(faces, -1, axis=1)
-    cosines = [(normals[a] * normals[b]).sum(axis=1) for a, b in zip(faces.T, after.T, strict=True)]
-    return np.asarray(np.where(fixed[faces] | fixed[after], 1.0, np.stack(cosines, axis=1)))
-
-
-def _least_bend(normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
-    return np.asarray(_bends(normals, fixed, faces).min(axis=1, initial=1))
-
-
-def _facing(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> FloatArray:
-    """The least cosine (n,) between a face and the normals at its corners that are not fixed; 1 if there are none."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    cosines = np.einsum("ij,ikj->ik", unit_rows(np.cross(b - a, c - a)), normals[faces])
-    return np.asarray(np.where(fixed[faces], 1.0, cosines).min(axis=1, initial=1))
+def _stacked(*corners: tuple[IntArray, IntArray, IntArray]) -> IntArray:
+    """Faces (k n, 3), by three corners (n,) of each kind."""
+    return np.concatenate([np.column_stack(three) for three in corners])
 
 
 def _keys(a: IntArray, b: IntArray) -> IntArray:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from implicit.polygonizers.clip import cut_along
 from implicit.polygonizers.conforming.curves.rim import Ragged, Rim, fault, find_rims, in_order
 from implicit.polygonizers.conforming.curves.zone import Stretch, ZoneRim
+from implicit.polygonizers.conforming.facing import turned
 from implicit.polygonizers.conforming.local import Local, among, at_all, at_some, proper
 from implicit.polygonizers.conforming.neighbourhood import Neighbourhood
-from implicit.polygonizers.conforming.points.inward import Mesh, split_fans, turned
+from implicit.polygonizers.conforming.points.inward import Mesh, split_fans
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -125,20 +126,23 @@ def _halved(rim: ZoneRim, mesh: Mesh, curve: Flags, outer: IntArray) -> Mesh:
     outer = np.sort(outer, axis=1)
     outer = outer[np.lexsort(outer.T[::-1])]
     for _ in range(_HALVINGS):
-        ends = np.sort(fans[:, [0, 1, 0, 2]].reshape(-1, 2), axis=1)
-        length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-        long = length > _WIDE * rim.cell
-        long[long] = ~(at_all(curve, ends[long]) | among(ends[long] @ [len(curve), 1], outer @ [len(curve), 1]))
-        if not long.any():
+        ways = vertices[fans[:, 1:]] - vertices[fans[:, :1]]
+        long = np.einsum("ijk,ijk->ij", ways, ways) > (_WIDE * rim.cell) ** 2
+        fan, side = np.nonzero(long)
+        ends = np.sort(np.column_stack([fans[fan, 0], fans[fan, 1 + side]]), axis=1)
+        loose = ~(at_all(curve, ends) | among(ends @ [len(curve), 1], outer @ [len(curve), 1]))
+        fan, side, ends = fan[loose], side[loose], ends[loose]
+        if not len(fan):
             break
-        keys, inverse = np.unique(ends[long] @ [len(curve), 1], return_inverse=True)
+        keys, inverse = np.unique(ends @ [len(curve), 1], return_inverse=True)
         places, directions = rim.onto((vertices[keys // len(curve)] + vertices[keys % len(curve)]) / 2)
-        halves = fans[:, 1:].ravel()
-        halves[long] = len(vertices) + inverse
+        halves = fans[:, 1:].copy()
+        halves[fan, side] = len(vertices) + inverse
         vertices, normals = np.concatenate([vertices, places]), np.concatenate([normals, directions])
-        on = curve[fans[:, 0]]
+        on, cut = curve[fans[:, 0]], np.unique(fan)
         curve = np.append(curve, np.zeros(len(places), bool))
-        tip, left, right = np.moveaxis(split_fans(fans, halves.reshape(-1, 2)), 1, 0)
-        done += [left[on], right[on], tip[~on]]
-        fans = proper(np.concatenate([tip[on], left[~on], np.roll(right[~on], -1, axis=1)]))
+        tip, left, right = np.moveaxis(split_fans(fans[cut], halves[cut]), 1, 0)
+        fans[cut], here = tip, on[cut]
+        done += [left[here], right[here], fans[~on]]
+        fans = proper(np.concatenate([fans[on], left[~here], np.roll(right[~here], -1, axis=1)]))
     return vertices, normals, proper(np.concatenate([*done, fans]))

@@ -9,15 +9,18 @@ towards an end where tetrahedra go on, so that it begins in a station of the cur
 #   -----*--------------------------*-----   the curve, and tetrahedra round it beyond both ends of the zone
 #         \________________________/
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from implicit.kernels.elementary import OPTIONS
 from implicit.polygonizers.clip import unit
 from implicit.polygonizers.conforming.curves.stations import Stations
 from implicit.polygonizers.conforming.local import Local
@@ -85,67 +88,72 @@ class Zones:
     stretches: Sequence[Stretch]
 
     @cached_property
-    def _edges(self) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-        """Of all edges of the curves where they begin and lead to (n, 3), whose they are, and lengths and radii
-        (n, 2, 2) at their ends.
+    def _edges(self) -> tuple[FloatArray, IntArray]:
+        """Of all edges of the curves where they begin, the way to their ends and its direction, the square of its
+        length, and lengths and radii at both ends (n, 14); and whose they are.
         """
         parts = self.stretches
         owner = np.repeat(np.arange(len(parts)), [part.last - part.first for part in parts])
         starts = np.concatenate([part.places[:-1] for part in parts])
         ways = np.concatenate([np.diff(part.places, axis=0) for part in parts])
         ends = [np.stack([part.lengths, part.radii], axis=1) for part in parts]
-        return starts, ways, np.concatenate([np.stack([end[:-1], end[1:]], axis=1) for end in ends]), owner
+        before, after = (np.concatenate([end[some] for end in ends]) for some in (slice(-1), slice(1, None)))
+        return np.column_stack([starts, ways, unit(ways), np.einsum("ij,ij->i", ways, ways), before, after]), owner
 
     @cached_property
     def _tree(self) -> cKDTree:
-        return cKDTree(self._edges[0] + self._edges[1] / 2)
+        return cKDTree(self._edges[0][:, :3] + self._edges[0][:, 3:6] / 2)
 
     def cells(self, size: IntArray) -> IntArray:
         """The cells (n, 3) of a lattice round the zones: those and the ones beside them hold all rims."""
-        found = [np.zeros((0, 3), np.int64)]
-        for part in self.stretches:
-            reach = np.ceil(part.radii + RIM + _ASIDE).astype(np.int64) - 1
-            found += [cells_round(part.places[reach == cells], int(cells), size) for cells in np.unique(reach)]
-        return np.concatenate(found)
+        places = np.concatenate([np.zeros((0, 3)), *(part.places for part in self.stretches)])
+        radii = np.concatenate([np.zeros(0), *(part.radii for part in self.stretches)])
+        reach = np.ceil(radii + RIM + _ASIDE).astype(np.int64) - 1
+        found = [cells_round(places[reach == cells], int(cells), size) for cells in np.unique(reach)]
+        return np.concatenate([np.zeros((0, 3), np.int64), *found])
 
     def measure(self, places: FloatArray) -> "Feet":
         """The feet of places (n, 3) on the curves."""
-        count = len(places)
-        owner, along, depth = np.full(count, -1), np.zeros(count), np.full(count, -_BEYOND)
-        foot, way = places.copy(), np.zeros((count, 3))
-        if not self.stretches or not count:
-            return Feet(owner, along, depth, foot, way)
-        starts, ways, ends, whose = self._edges
-        farthest = float(ends[..., 1].max() + np.linalg.norm(ways, axis=1).max() / 2) + _BEYOND
-        edges = self._tree.query(places, k=list(range(1, _NEIGHBOURS + 1)), distance_upper_bound=farthest)[1]
-        near = np.flatnonzero(edges[:, 0] < len(starts))
-        edge, share, away = self._nearest(places[near], edges[near])
-        share = share[:, None]
-        owner[near], way[near], foot[near] = whose[edge], unit(ways)[edge], starts[edge] + share * ways[edge]
-        along[near], radius = ((1 - share) * ends[edge, 0] + share * ends[edge, 1]).T
-        depth[near] = np.maximum(radius - away, -_BEYOND)
-        return Feet(owner, along, depth, foot, way)
-
-    def _nearest(self, places: FloatArray, edges: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Which of some edges (n, k) is nearest to each place (n, 3), the share of it before the foot, and how far away
-        that is. Edges that do not exist come last, and never first.
-        """
-        starts, ways, _, _ = self._edges
-        square = np.einsum("ij,ij->i", ways, ways)
-        best, share, away = edges[:, 0], np.zeros(len(places)), np.full(len(places), np.inf)
-        for column in edges.T:  # a few long arrays are several times as fast as many short rows
-            edge = np.where(column < len(starts), column, edges[:, 0])
-            rest, way = (places - starts[edge]).T, ways[edge].T
-            part = ((rest[0] * way[0] + rest[1] * way[1] + rest[2] * way[2]) / square[edge]).clip(0, 1)
-            rest -= part * way
-            distance = np.sqrt(rest[0] ** 2 + rest[1] ** 2 + rest[2] ** 2)
-            nearer = distance < away
-            best, share, away = (np.where(nearer, *p) for p in ((edge, best), (part, share), (distance, away)))
-        return best, share, away
+        owner = np.full(len(places), -1)
+        found = np.column_stack([np.zeros(len(places)), np.full(len(places), -_BEYOND), places, np.zeros(places.shape)])
+        if self.stretches and len(places):
+            edges, whose = self._edges
+            farthest = float(edges[:, (11, 13)].max() + np.sqrt(edges[:, 9].max()) / 2) + _BEYOND
+            near = self._tree.query(places, k=list(range(1, _NEIGHBOURS + 1)), distance_upper_bound=farthest)[1]
+            _find_feet(near, edges, whose, owner, found)
+        return Feet(owner, found[:, 0], found[:, 1], found[:, 2:5], found[:, 5:])
 
     def depth(self, places: FloatArray) -> FloatArray:
         """How deep (n,) places (n, 3) are inside, in cells, negative outside."""
         return self.measure(places).depth
+
+
+@njit(**OPTIONS)
+def _find_feet(near: Any, edges: Any, whose: Any, owner: Any, found: Any) -> None:
+    """The nearest of some edges to each place, of which those that do not exist come last, and never first.
+
+    found (n, 8): the length along the curve, how deep the place is, the place itself, which its foot replaces, and the
+    direction there.
+    """
+    for row in range(len(near)):
+        best, least, part, place = -1, np.inf, 0.0, found[row]
+        for k in range(near.shape[1]):
+            if near[row, k] < len(edges):
+                edge = edges[near[row, k]]
+                x, y, z = place[2] - edge[0], place[3] - edge[1], place[4] - edge[2]
+                share = min(max((x * edge[3] + y * edge[4] + z * edge[5]) / edge[9], 0.0), 1.0)
+                x, y, z = x - share * edge[3], y - share * edge[4], z - share * edge[5]
+                away = math.sqrt(x * x + y * y + z * z)
+                if away < least:
+                    best, least, part = near[row, k], away, share
+        if best >= 0:
+            edge = edges[best]
+            owner[row] = whose[best]
+            place[0] = (1 - part) * edge[10] + part * edge[12]
+            place[1] = max((1 - part) * edge[11] + part * edge[13] - least, place[1])
+            for axis in range(3):
+                place[2 + axis] = edge[axis] + part * edge[3 + axis]
+                place[5 + axis] = edge[6 + axis]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,10 +14,9 @@ coefficients of q on boxes of (t, w), halved where need be, as proposed for curv
 Plantinga and Vegter, 2004, doi:10.1145/1057432.1057465).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import product
+from functools import cached_property
 from math import comb
 
 import numpy as np
@@ -25,11 +24,13 @@ from numpy.typing import NDArray
 
 from implicit.evaluate import PolynomialField
 from implicit.polygonizers.conforming.points.hull import Hull
+from implicit.polygonizers.conforming.points.squares import Lattice, blocks_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
-Test = Callable[[Hull, FloatArray], NDArray[np.bool_]]
+Test = Callable[[Hull, FloatArray], Flags]
 
 _NEGLIGIBLE = 1e-9
 """Coefficients below the multiplicity, as a share of those at it, that stem from rounding the point."""
@@ -38,7 +39,7 @@ _DEPTH = 4
 _AROUND = 4.0
 """The tangent cone is looked at in a block of so many cells."""
 _MOST = 20_000
-"""Boxes that are looked at together; more mean no answer."""
+"""Boxes of a block that are looked at together; more mean no answer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,23 +48,6 @@ class Germ:
 
     coefficients: FloatArray
     multiplicity: int
-
-    @classmethod
-    def at(cls, field: PolynomialField, point: FloatArray, step: float) -> "Germ":
-        """The germ of a polynomial at a singular point, with lengths in units of `step`."""
-        tensor = np.zeros(tuple(field.exponents.max(axis=0, initial=0) + 1))
-        np.add.at(tensor, tuple(field.exponents.T), field.coefficients)
-        for axis in range(3):
-            n = tensor.shape[axis]
-            shift = np.array(
-                [[comb(a, i) * point[axis] ** (a - i) if a >= i else 0.0 for a in range(n)] for i in range(n)]
-            )
-            shift *= float(step) ** np.arange(n)[:, None]
-            tensor = np.moveaxis(np.tensordot(shift, tensor, axes=(1, axis)), 0, axis)
-        total = np.indices(tensor.shape).sum(axis=0)
-        size = np.array([np.abs(tensor[total == d]).max(initial=0.0) for d in range(int(total.max()) + 1)])
-        multiplicity = int(np.argmax(size > _NEGLIGIBLE * size.max()))
-        return cls(np.where(total < multiplicity, 0.0, tensor), multiplicity)
 
     @cached_property
     def _cone(self) -> PolynomialField:
@@ -85,123 +69,127 @@ class Germ:
 
         return [Germ(part(a, b) - part(b, a), self.multiplicity) for a, b in ((1, 2), (2, 0), (0, 1))]
 
-    def face(self, axis: int, height: float) -> FloatArray:
-        """Coefficients (s, j, k) of t^s u^j v^k in q on the face w[axis] = height; u, v are the next two axes."""
-        powers, coefficients = self._terms
-        s = powers.sum(axis=1) - self.multiplicity
-        i, j, k = (powers[:, a % 3] for a in (axis, axis + 1, axis + 2))
-        size = int(powers.max(initial=0)) + 1
-        result = np.zeros((int(s.max(initial=0)) + 1, size, size))
-        result[s, j, k] = coefficients * height**i
-        return result
+    def faces(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+        """Coefficients (6, s, j, k) of t^s u^j v^k in q on the faces w[axis] = lower, w[axis] = upper for each axis.
+
+        u and v are the next two axes.
+        """
+        heights, entries, shape = self._terms
+        result = np.zeros((3, 2, int(np.prod(shape))))
+        values = self.coefficients[self.coefficients != 0] * np.column_stack([lower, upper])[:, :, None] ** heights
+        np.put_along_axis(result, entries, values, axis=2)
+        return result.reshape(6, *shape)
 
     @cached_property
-    def _terms(self) -> tuple[IntArray, FloatArray]:
-        """The powers (n, 3) and coefficients (n,) that are not 0."""
+    def _terms(self) -> tuple[IntArray, IntArray, tuple[int, int, int]]:
+        """Of terms that are not 0, on faces across each axis, the power (3, 1, n) of the height and the entry (3, 2, n)
+        in a table of powers of t, u and v, which has this shape.
+        """
         powers = np.argwhere(self.coefficients)
-        return powers, self.coefficients[tuple(powers.T)]
+        s = powers.sum(axis=1) - self.multiplicity
+        size = int(powers.max(initial=0)) + 1
+        ahead = (np.arange(3)[:, None] + np.arange(3)) % 3
+        i, j, k = (powers.T[axis] for axis in ahead.T)
+        entries = np.repeat(((s * size + j) * size + k)[:, None], 2, axis=1)
+        return i[:, None], entries, (int(s.max(initial=0)) + 1, size, size)
 
 
-@dataclass(frozen=True, eq=False)
-class _Lattice:
-    """The lattice on the six faces of a block as boxes (n, 4, 2) of t = 1, u, v, and the number of the face.
+def germs_at(field: PolynomialField, points: FloatArray, step: float) -> list[Germ]:
+    """The germs of a polynomial at singular points (n, 3), with lengths in units of `step`."""
+    tensor = np.zeros(tuple(field.exponents.max(axis=0, initial=0) + 1))
+    np.add.at(tensor, tuple(field.exponents.T), field.coefficients)
+    total = np.indices(tensor.shape).sum(axis=0)
+    tensors = tensor[None]
+    for axis in range(3):
+        rows = np.moveaxis(tensors, 1 + axis, 1)
+        moved = _shifts(points[:, axis], step, rows.shape[1]) @ rows.reshape(*rows.shape[:2], -1)
+        tensors = np.moveaxis(moved.reshape(-1, *rows.shape[1:]), 1, 1 + axis)
+    degrees = range(int(total.max()) + 1)
+    size = np.stack([np.abs(tensors[:, total == d]).max(axis=1, initial=0.0) for d in degrees], axis=1)
+    multiplicity = np.argmax(size > _NEGLIGIBLE * size.max(axis=1, keepdims=True), axis=1)
+    return [Germ(np.where(total < m, 0.0, part), int(m)) for part, m in zip(tensors, multiplicity, strict=True)]
 
-    Points, edges and ribs with corners (`ends`) are boxes without width. beside: the squares on both sides of each
-    edge, -1 where there is none. corners: the points (n, 4) round each square.
+
+def _shifts(places: FloatArray, step: float, size: int) -> FloatArray:
+    """Matrices (n, i, a) from powers a of x to powers i of w, where x = place + step w."""
+    gap = np.arange(size) - np.arange(size)[:, None]
+    binomial = np.array([[comb(a, i) for a in range(size)] for i in range(size)], float)
+    return np.asarray(binomial * (places[:, None, None] ** gap.clip(0)) * step ** np.arange(size)[:, None])
+
+
+def regular_cones(germs: Sequence[Germ]) -> Flags:
+    """Of which germs (n,) it is proved that the tangent cone is smooth but for its apex; else no block holds a cone for
+    sure.
     """
+    ends = np.full((len(germs), 3), _AROUND / 2)
 
-    squares: FloatArray
-    edges: FloatArray
-    points: FloatArray
-    ends: FloatArray
-    beside: IntArray
-    corners: IntArray
+    def smooth(cone: Hull, lattice: Lattice) -> Flags:
+        return _without(len(cone.coefficients) // 6, lattice.squares[~_everywhere(cone, lattice.squares, _simple)])
 
-    @classmethod
-    def of(cls, lower: FloatArray, upper: FloatArray) -> "_Lattice":
-        """The faces in the order w[axis] = lower, w[axis] = upper for each axis."""
-        lattice = _whole_lattice(*(max(round(size), 1) for size in upper - lower))
-        shift = np.zeros((6, 4, 1))
-        for number in range(6):
-            shift[number, (1, 2), 0] = lower[(number // 2 + 1) % 3], lower[(number // 2 + 2) % 3]
-        squares, edges, points, ends = (
-            part + shift[part[:, 3, 0].astype(np.int64)]
-            for part in (lattice.squares, lattice.edges, lattice.points, lattice.ends)
-        )
-        return cls(squares, edges, points, ends, lattice.beside, lattice.corners)
+    return _alike(germs, -ends, ends, lambda faces, lattice: smooth(Hull.of(faces[:, :1].copy()), lattice))
 
 
-@lru_cache(maxsize=64)
-def _whole_lattice(*sizes: int) -> _Lattice:
-    """That of a block of so many cells from the origin on."""
-    parts: list[tuple[NDArray[np.generic], ...]] = []
-    squares = points = 0
-    for number, (axis, _) in enumerate(product(range(3), range(2))):
-        p, r = (np.arange(sizes[a % 3] + 1.0) for a in (axis + 1, axis + 2))
-        part = _face_boxes(p, r, number)
-        beside, corners = _neighbours(len(p) - 1, len(r) - 1)
-        parts.append((*part, np.where(beside < 0, -1, beside + squares), corners + points))
-        squares, points = squares + len(part[0]), points + len(part[2])
-    return _Lattice(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+def are_cones(germs: Sequence[Germ], lower: FloatArray, upper: FloatArray) -> Flags:
+    """For which germs (n,) f = 0 is proved to be a cone in the block from p + lower to p + upper, seen rightly by its
+    squares.
+    """
+    return _alike(germs, lower, upper, lambda faces, lattice: _hold_cones(Hull.of(faces), lattice))
 
 
-def _face_boxes(p: FloatArray, r: FloatArray, number: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Squares, edges, points, and ribs with corners, of a face with lattice lines u = p and v = r."""
-    u, v, ends = np.stack([p[:-1], p[1:]], axis=1), np.stack([r[:-1], r[1:]], axis=1), (0, -1)
-    at_p, at_r = np.stack([p, p], axis=1), np.stack([r, r], axis=1)
-    edges = [boxes_between(at_p, v, number), boxes_between(u, at_r, number)]
-    ribs = [boxes_between(at_p[ends, :], v, number), boxes_between(u, at_r[ends, :], number)]
-    ribs.append(boxes_between(at_p[ends, :], at_r[ends, :], number))
-    return boxes_between(u, v, number), np.concatenate(edges), boxes_between(at_p, at_r, number), np.concatenate(ribs)
+def _alike(
+    germs: Sequence[Germ], lower: FloatArray, upper: FloatArray, test: Callable[[FloatArray, Lattice], Flags]
+) -> Flags:
+    """Where a test of the polynomials on the faces of blocks holds, made for all those at once that have the same
+    degrees.
+    """
+    result = np.zeros(len(germs), bool)
+    faces = [germ.faces(*ends) for germ, *ends in zip(germs, lower, upper, strict=True)]
+    for shape in {part.shape for part in faces}:
+        rows = [row for row, part in enumerate(faces) if part.shape == shape and germs[row].multiplicity > 1]
+        if rows:
+            result[rows] = test(np.concatenate([faces[row] for row in rows]), Lattice.of(lower[rows], upper[rows]))
+    return result
 
 
-def _neighbours(n: int, m: int) -> tuple[IntArray, IntArray]:
-    """For a face of n x m squares: those beside each edge, and the points round each square."""
-    square = np.full((n + 2, m + 2), -1)
-    square[1:-1, 1:-1] = np.arange(n * m).reshape(n, m)
-    across = np.stack([square[:-1, 1:-1], square[1:, 1:-1]], axis=-1).reshape(-1, 2)
-    along = np.stack([square[1:-1, :-1], square[1:-1, 1:]], axis=-1).reshape(-1, 2)
-    point = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
-    corners = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1)
-    return np.concatenate([across, along]), corners.reshape(-1, 4)
+def _without(count: int, *bad: FloatArray) -> Flags:
+    """Which of so many blocks have none of the bad boxes."""
+    result = np.ones(count, bool)
+    for boxes in bad:
+        result[blocks_of(boxes)] = False
+    return result
 
 
-def has_regular_cone(germ: Germ) -> bool:
-    """Whether it is proved that the tangent cone is smooth but for its apex; else no block holds a cone for sure."""
-    if germ.multiplicity < 2:
-        return False
-    lower, upper = np.full(3, -_AROUND / 2), np.full(3, _AROUND / 2)
-    faces = [germ.face(axis, float(end[axis]))[:1] for axis in range(3) for end in (lower, upper)]
-    return bool(_everywhere(Hull.of(faces), _Lattice.of(lower, upper).squares, _simple).all())
+def _hold_cones(faces: Hull, lattice: Lattice) -> Flags:
+    """Which blocks hold cones.
+
+    A square or rib on which q is simple for all t at once is so for t = 1. Then it is crossed as it should be: where q
+    has zeros, a derivative has none, so there is no critical point, and along a rib q has one zero at most.
+    """
+    count = len(faces.coefficients) // 6
+    squares, ends = lattice.squares.copy(), lattice.ends.copy()
+    squares[:, 0, 0] = ends[:, 0, 0] = 0
+    simple, clear = _simple(faces, squares), _simple(faces, ends)
+    left, rim, known = np.flatnonzero(~simple), faces.at_end(), np.append(simple, clear)
+    squares, ends = squares[left], ends[~clear]
+    return _without(
+        count,
+        ends[~_everywhere(faces, ends, _simple)],
+        _wrong_edges(rim, lattice, known),
+        _several(rim, lattice, left),
+        squares[~_everywhere(faces, squares, _simple)],
+    )
 
 
-def is_cone(germ: Germ, lower: FloatArray, upper: FloatArray) -> bool:
-    """Whether f = 0 is proved to be a cone in the block from p + lower to p + upper, seen rightly by its squares."""
-    if germ.multiplicity < 2:
-        return False
-    faces = Hull.of([germ.face(axis, float(end[axis])) for axis in range(3) for end in (lower, upper)])
-    lattice, rim = _Lattice.of(lower, upper), faces.at_end()
-    if not (_edges_hold(rim, lattice) and _single(rim, lattice)):
-        return False
-    whole = np.concatenate([lattice.squares, lattice.ends])
-    whole[:, 0, 0] = 0
-    return bool(_everywhere(faces, whole, _simple).all())
+def _wrong_edges(rim: Hull, lattice: Lattice, known: Flags) -> FloatArray:
+    """The edges that may be crossed more than once, with a square beside in which the curve may turn by a right angle.
 
-
-def _edges_hold(rim: Hull, lattice: _Lattice) -> bool:
-    """Whether each lattice edge is crossed once at most, or both its squares let the curve turn by no right angle."""
-    once = _crossed_once(rim, lattice.edges)
-    if once.all():
-        return True
-    simple = np.append(_simple(rim, lattice.squares), False)
-    return bool(simple[lattice.beside[~once]].all())
-
-
-def boxes_between(u: FloatArray, v: FloatArray, number: int) -> FloatArray:
-    """Boxes (n, 4, 2) at t = 1 of all pairs of ranges of u and ranges of v on the face of a number."""
-    boxes = np.ones((len(u), len(v), 4, 2))
-    boxes[:, :, 1], boxes[:, :, 2], boxes[:, :, 3] = u[:, None], v, number
-    return boxes.reshape(-1, 4, 2)
+    known: the squares where it is known that it does not, and, last, the ribs known to be crossed once at most.
+    """
+    left = np.flatnonzero(~known[lattice.beside].all(axis=1))
+    left = left[~_crossed_once(rim, lattice.edges[left])]
+    size, beside = len(lattice.squares), lattice.beside[left]
+    simple = _simple(rim, lattice.squares[np.minimum(beside, size - 1).ravel()]).reshape(-1, 2) & (beside < size)
+    return lattice.edges[left[~simple.all(axis=1)]]
 
 
 def halves(boxes: FloatArray) -> tuple[FloatArray, IntArray]:
@@ -218,14 +206,19 @@ def halves(boxes: FloatArray) -> tuple[FloatArray, IntArray]:
     return boxes, rows
 
 
-def _everywhere(q: Hull, boxes: FloatArray, test: Test) -> NDArray[np.bool_]:
+def _everywhere(q: Hull, boxes: FloatArray, test: Test) -> Flags:
     """On which boxes (n,) the test holds, on each or on the parts it is halved into."""
     result = np.ones(len(boxes), bool)
     owner = np.arange(len(boxes))
     for _ in range(_DEPTH + 1):
         failed = ~test(q, boxes)
         boxes, owner = boxes[failed], owner[failed]
-        if not len(boxes) or len(boxes) > _MOST:
+        if len(boxes) > _MOST:
+            block = blocks_of(boxes)
+            many = np.bincount(block)[block] > _MOST
+            result[owner[many]] = False
+            boxes, owner = boxes[~many], owner[~many]
+        if not len(boxes):
             break
         boxes, rows = halves(boxes)
         owner = owner[rows]
@@ -233,7 +226,7 @@ def _everywhere(q: Hull, boxes: FloatArray, test: Test) -> NDArray[np.bool_]:
     return result
 
 
-def _crossed_once(q: Hull, edges: FloatArray) -> NDArray[np.bool_]:
+def _crossed_once(q: Hull, edges: FloatArray) -> Flags:
     """Which edges have at most one zero of q: where it may vanish it only rises, or only falls."""
     rises, falls, left = (np.zeros(len(edges), bool) for _ in range(3))
     owner = np.arange(len(edges))
@@ -252,35 +245,35 @@ def _crossed_once(q: Hull, edges: FloatArray) -> NDArray[np.bool_]:
     return ~left & ~(rises & falls)
 
 
-def _single(rim: Hull, lattice: _Lattice) -> bool:
-    """Whether q = 0 is at most one arc in each square whose edges it crosses at most once.
+def _several(rim: Hull, lattice: Lattice, rows: IntArray) -> FloatArray:
+    """Those of some squares in which q = 0 may be more than an arc, if it crosses their edges at most once.
 
     It has no oval where q has no critical point, since an oval goes round one, or where q has no zero.
     """
-    inside = (rim.ranges(lattice.points)[:, 1] < 0)[lattice.corners]
+    squares = lattice.squares[rows]
+    inside = (rim.ranges(lattice.points[lattice.corners[rows].ravel()])[:, 1] < 0).reshape(-1, 4)
     changes = (inside != np.roll(inside, 1, axis=1)).sum(axis=1)
-    if (changes > 2).any():
-        return False
-    doubtful = ~_everywhere(rim, lattice.squares, _regular)
-    return bool((changes[doubtful] == 0).all() and _everywhere(rim, lattice.squares[doubtful], _free).all())
+    doubtful = ~_everywhere(rim, squares, _regular)
+    doubtful[doubtful] = (changes[doubtful] > 0) | ~_everywhere(rim, squares[doubtful], _free)
+    return squares[doubtful | (changes > 2)]
 
 
-def _one_sign(bounds: FloatArray) -> NDArray[np.bool_]:
+def _one_sign(bounds: FloatArray) -> Flags:
     return np.asarray((bounds[:, 0] > 0) | (bounds[:, 1] < 0))
 
 
-def _free(q: Hull, boxes: FloatArray) -> NDArray[np.bool_]:
+def _free(q: Hull, boxes: FloatArray) -> Flags:
     """Where q has no zero."""
     return _one_sign(q.ranges(boxes))
 
 
-def _regular(q: Hull, boxes: FloatArray) -> NDArray[np.bool_]:
+def _regular(q: Hull, boxes: FloatArray) -> Flags:
     """Where q has no critical point in (u, v)."""
-    bounds = q.ranges(boxes)
+    bounds = q.ranges(boxes, everywhere=True)
     return np.asarray(((bounds[:, 2::2] > 0) | (bounds[:, 3::2] < 0)).any(axis=1))
 
 
-def _simple(q: Hull, boxes: FloatArray) -> NDArray[np.bool_]:
+def _simple(q: Hull, boxes: FloatArray) -> Flags:
     """Where q has no zero, or its gradients in (u, v) at any two points of the box are less than 90 degrees apart."""
     bounds = q.ranges(boxes)
     low, high = bounds[:, 2::2], bounds[:, 3::2]

@@ -14,8 +14,9 @@ from scipy.spatial import cKDTree
 
 from implicit.evaluate import PolynomialField
 from implicit.polygonizers.conforming.local import Local
-from implicit.polygonizers.conforming.points.blowup import Germ, boxes_between, halves
+from implicit.polygonizers.conforming.points.blowup import germs_at, halves
 from implicit.polygonizers.conforming.points.hull import Hull
+from implicit.polygonizers.conforming.points.squares import boxes_between
 
 FloatArray = NDArray[np.float64]
 
@@ -76,8 +77,8 @@ def _starts(local: Local, point: FloatArray, reach: float) -> FloatArray:
         along = (np.arange(_SAMPLES) + 0.5) * 2 / _SAMPLES - 1
         places = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(point + reach * places[np.linalg.norm(places, axis=1) < 1])
-    germ = Germ.at(local.field, local.grid.to_points(point), reach * local.grid.step)
-    hulls = [Hull.of([part.face(*face) for face in _FACES]) for part in (germ, *germ.across())]
+    germ = germs_at(local.field, local.grid.to_points(point)[None], reach * local.grid.step)[0]
+    hulls = [Hull.of(part.faces(np.full(3, -1.0), np.ones(3))) for part in (germ, *germ.across())]
     ends = np.linspace(-1, 1, _COARSE + 1)
     sides = np.stack([ends[:-1], ends[1:]], axis=1)
     boxes = np.concatenate([boxes_between(sides, sides, number) for number in range(len(_FACES))])

@@ -22,9 +22,8 @@ class Hull:
     sizes: FloatArray
 
     @classmethod
-    def of(cls, faces: list[FloatArray]) -> "Hull":
-        """The polynomials of several faces, each given by its coefficients (s, j, k)."""
-        q = np.stack(faces)
+    def of(cls, q: FloatArray) -> "Hull":
+        """The polynomials of several faces, given by their coefficients (faces, s, j, k)."""
         return cls(q, np.abs(q))
 
     def at_end(self) -> "Hull":
@@ -32,11 +31,11 @@ class Hull:
         q, sizes = (part.sum(axis=1, keepdims=True) for part in (self.coefficients, self.sizes))
         return Hull(q, sizes)
 
-    def ranges(self, boxes: FloatArray) -> FloatArray:
+    def ranges(self, boxes: FloatArray, everywhere: bool = False) -> FloatArray:
         """Bounds (n, 6) of q and its derivatives in u and v on boxes (n, 4, 2), rounding included.
 
         Boxes are ranges of t, u and v, and the number of the face, twice. Where a box has no width along an axis, the
-        derivative along it is given as 0.
+        derivative along it is given as 0; and where q has no zero, unless they are wanted everywhere.
         """
         result = np.empty((len(boxes), 6))
         shape = self.coefficients.shape[1:]
@@ -45,7 +44,7 @@ class Hull:
         matrices, powers = np.empty((3, max(shape), max(shape))), np.empty((5, max(shape)))
         _find_ranges(
             self.coefficients, self.sizes, np.ascontiguousarray(boxes), weights, error, result, matrices, powers,
-            np.empty((3, *shape)),
+            np.empty((3, *shape)), np.empty(shape[2]), everywhere,
         )  # fmt: skip
         return result
 
@@ -76,7 +75,7 @@ def _fill_matrix(low: float, high: float, weights: Any, n: int, powers: Any, mat
 @njit(**OPTIONS)
 def _find_ranges(
     faces: Any, abs_faces: Any, boxes: Any, weights: Any, error: float, result: Any, matrices: Any, powers: Any,
-    room: Any,
+    room: Any, sizes: Any, everywhere: bool,
 ) -> None:  # fmt: skip
     _, a, b, c = room.shape
     one, two, hull = room[0], room[1], room[2]
@@ -84,38 +83,54 @@ def _find_ranges(
         box = boxes[index]
         face = int(box[3, 0])
         q, weight = faces[face], abs_faces[face]
-        for axis in range(3):
+        first = 0  # the first axis along which the box is not that before: what it shares with it is kept
+        if index > 0 and boxes[index - 1, 3, 0] == box[3, 0]:
+            while (
+                first < 2
+                and boxes[index - 1, first, 0] == box[first, 0]
+                and boxes[index - 1, first, 1] == box[first, 1]
+            ):
+                first += 1
+        for axis in range(first, 3):
             n = room.shape[1 + axis]
             _fill_matrix(box[axis, 0], box[axis, 1], weights[axis], n, powers[3:], matrices[axis])
             for m in range(n):
                 low, high = abs(powers[3, m]), abs(powers[4, m])
                 powers[axis, m] = low if low > high else high
-        size = 0.0
-        for i in range(a):
-            for j in range(b):
-                for k in range(c):
-                    one[i, j, k] = two[i, j, k] = hull[i, j, k] = 0.0
-        for i in range(a):
-            for j in range(b):
-                for k in range(c):
-                    value = q[i, j, k]
-                    if weight[i, j, k] != 0.0:
-                        size += weight[i, j, k] * powers[0, i] * powers[1, j] * powers[2, k]
-                        for m in range(c):
-                            one[i, j, m] += matrices[2, k, m] * value
-        for i in range(a):
-            for j in range(b):
-                for m in range(b):
-                    for k in range(c):
-                        two[i, m, k] += matrices[1, j, m] * one[i, j, k]
-        for i in range(a):
+        if first == 0:
             for m in range(a):
                 for j in range(b):
                     for k in range(c):
-                        hull[m, j, k] += matrices[0, i, m] * two[i, j, k]
+                        total = 0.0
+                        for i in range(a):
+                            total += matrices[0, i, m] * q[i, j, k]
+                        one[m, j, k] = total
+        if first < 2:
+            for k in range(c):
+                sizes[k] = 0.0
+                for i in range(a):
+                    for m in range(b):
+                        total = 0.0
+                        for j in range(b):
+                            total += matrices[1, j, m] * one[i, j, k]
+                        two[i, m, k] = total
+                        sizes[k] += weight[i, m, k] * powers[0, i] * powers[1, m]
+        size = 0.0
+        for k in range(c):
+            size += sizes[k] * powers[2, k]
+        for i in range(a):
+            for j in range(b):
+                for m in range(c):
+                    total = 0.0
+                    for k in range(c):
+                        total += matrices[2, k, m] * two[i, j, k]
+                    hull[i, j, m] = total
         slack = error * size
         for axis in range(3):  # the values, then the steps along u and v
             low, high, u, v = np.inf, -np.inf, int(axis == 1), int(axis == 2)
+            if axis > 0 and not everywhere and (result[index, 0] > 0.0 or result[index, 1] < 0.0):
+                result[index, 2 * axis] = result[index, 2 * axis + 1] = 0.0
+                continue
             for i in range(a):
                 for j in range(b - u):
                     for k in range(c - v):

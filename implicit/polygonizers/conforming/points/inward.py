@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.check import TURN
+from implicit.polygonizers.conforming.facing import turned
 from implicit.polygonizers.conforming.local import Local, proper
 
 FloatArray = NDArray[np.float64]
@@ -63,7 +63,7 @@ def refine_inwards(local: Local, mesh: Mesh, special: IntArray, fixed: Flags) ->
         fixed, stuck, active = (np.append(mask, np.zeros(len(spokes), bool)) for mask in (fixed, stuck, active & bent))
         while True:
             parts = split_fans(fans, np.where(good[ends], first + ends, fans[:, 1:]))
-            bad = turned(vertices, normals, fixed, parts).any(axis=1)
+            bad = turned(vertices, normals, fixed, parts.reshape(-1, 3)).reshape(-1, 3).any(axis=1)
             if not good[ends[bad]].any():  # what is left was so before
                 break
             good[ends[bad]] = False
@@ -110,13 +110,3 @@ def split_fans(fans: IntArray, halves: IntArray) -> IntArray:
     (p, a, b), (near_a, near_b) = fans.T, halves.T
     inner, left, right = (p, near_a, near_b), (near_a, a, b), (near_a, b, near_b)
     return np.stack([np.column_stack(part) for part in (inner, left, right)], axis=1)
-
-
-def turned(vertices: FloatArray, normals: FloatArray, fixed: Flags, faces: IntArray) -> Flags:
-    """Which faces (..., 3) look away from the normal at a corner that is not fixed, or have normals far apart."""
-    a, b, c = (vertices[faces[..., i]] for i in range(3))
-    across, ups, loose = np.cross(b - a, c - a), normals[faces], ~fixed[faces]
-    facing = np.einsum("...i,...ji->...j", across, ups)
-    apart = np.einsum("...ic,...jc->...ij", ups, ups) < TURN
-    bad = ((facing <= 0) & loose).any(axis=-1) | (apart & loose[..., None] & loose[..., None, :]).any(axis=(-2, -1))
-    return np.asarray(bad & (faces[..., 0] != faces[..., 1]) & (faces[..., 1] != faces[..., 2]))
