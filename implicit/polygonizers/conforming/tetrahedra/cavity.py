@@ -143,12 +143,12 @@ def _inside(parts: list[tuple[IntArray, IntArray, IntArray]], names: IntArray, r
     begins = np.cumsum([0, *(len(simplices) for _, simplices, _ in parts)])
     tets = np.concatenate([rows[simplices] for rows, simplices, _ in parts])
     beyond = np.concatenate([np.where(n >= 0, n + b, -1) for (_, _, n), b in zip(parts, begins[:-1], strict=True)])
-    start, face = np.nonzero((beyond >= 0) & ~among(_face_names(names, tets), rim))
-    graph = coo_array((np.ones(len(start), bool), (start, beyond[start, face])), shape=(len(tets),) * 2)
-    label = connected_components(graph, directed=False)[1]
-    chosen = np.zeros(len(tets), bool)
-    chosen[label[np.logical_or.reduce([corner >= first for corner in tets.T])]] = True
-    return np.asarray(tets[chosen[label]])
+    free = (beyond >= 0) & ~among(_face_names(names, tets), rim)
+    chosen, count = np.logical_or.reduce([corner >= first for corner in tets.T]), 0
+    while int(chosen.sum()) > count:  # most hold a new vertex: soon all are found
+        count = int(chosen.sum())
+        chosen |= np.logical_or.reduce([way & chosen[others] for way, others in zip(free.T, beyond.T, strict=True)])
+    return np.asarray(tets[chosen])
 
 
 def _face_names(names: IntArray, tets: IntArray) -> IntArray:
