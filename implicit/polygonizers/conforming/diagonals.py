@@ -36,33 +36,36 @@ _U = np.uint64  # indices of this kind are not tested for being negative
 @njit(**INNER)
 def _sag(vertices: Any, normals: Any, a: Any, b: Any) -> float:
     """(n_b - n_a) . (b - a)."""
-    x, y, z = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-    return (
-        x * (normals[b, 0] - normals[a, 0]) + y * (normals[b, 1] - normals[a, 1]) + z * (normals[b, 2] - normals[a, 2])
-    )
+    total = 0.0
+    for k in range(3):
+        total += (vertices[b, k] - vertices[a, k]) * (normals[b, k] - normals[a, k])
+    return total
 
 
 @njit(**INNER)
 def _within(vertices: Any, a: Any, b: Any) -> bool:
     """Whether no coordinate is the same."""
-    x, y, z = vertices[a, 0] != vertices[b, 0], vertices[a, 1] != vertices[b, 1], vertices[a, 2] != vertices[b, 2]
-    return x & y & z
+    for k in range(3):
+        if vertices[a, k] == vertices[b, k]:
+            return False
+    return True
 
 
 @njit(**INNER)
 def _faces(vertices: Any, normals: Any, a: Any, b: Any, c: Any) -> bool:
     """Whether a triangle faces as the normals at its corners do."""
-    ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-    wx, wy, wz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
-    x, y, z = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-    at_a = x * normals[a, 0] + y * normals[a, 1] + z * normals[a, 2]
-    at_b = x * normals[b, 0] + y * normals[b, 1] + z * normals[b, 2]
-    at_c = x * normals[c, 0] + y * normals[c, 1] + z * normals[c, 2]
+    at_a = at_b = at_c = square = 0.0
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        x = (vertices[b, i] - vertices[a, i]) * (vertices[c, j] - vertices[a, j])
+        x -= (vertices[b, j] - vertices[a, j]) * (vertices[c, i] - vertices[a, i])
+        at_a, at_b, at_c = at_a + x * normals[a, k], at_b + x * normals[b, k], at_c + x * normals[c, k]
+        square += x * x
     least = min(at_a, min(at_b, at_c))
-    return least > 0.0 and least * least > _FACING * (x * x + y * y + z * z)
+    return least > 0.0 and least * least > _FACING * square
 
 
-@njit(**INNER, inline="always")
+@njit(**INNER)
 def _better(vertices: Any, normals: Any, p: Any, q: Any, r: Any, s: Any) -> bool:
     """Whether r-s is a better diagonal than p-q."""
     pr, rq = _sag(vertices, normals, p, r), _sag(vertices, normals, r, q)
