@@ -45,10 +45,10 @@ def _sag(vertices: Any, normals: Any, a: Any, b: Any) -> float:
 @njit(**INNER)
 def _within(vertices: Any, a: Any, b: Any) -> bool:
     """Whether no coordinate is the same."""
+    same = 0
     for k in range(3):
-        if vertices[a, k] == vertices[b, k]:
-            return False
-    return True
+        same += vertices[a, k] == vertices[b, k]
+    return same == 0
 
 
 @njit(**INNER)
