@@ -35,8 +35,7 @@ def test_the_topology_is_that_of_the_parametrization(formula, cells):
 def test_tubes_become_thinner_than_the_distance_of_a_fold():
     """At (x, 0, 0) two sheets cross that fold together at y = x^2 / 12, a quarter of a cell away and less.
 
-    In both balls the surface is the same up to a deformation; in the smaller one, with larger cells, nothing folds so
-    near to a tube.
+    In both balls the surface is the same up to a deformation, and cells of both sizes show it so.
     """
     surface = Surface("x^2*y*z + x^2*z^2 + 2*y^3*z + 3*y^3")
     larger, smaller = (conforming(surface, Ball(radius), cells) for radius, cells in ((1.2, 32), (1.0, 24)))
