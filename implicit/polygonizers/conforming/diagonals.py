@@ -19,16 +19,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from implicit.kernels.elementary import INNER, OPTIONS
+from implicit.polygonizers.conforming.facing import BEND, FACING
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _GAIN = 0.9
 """A diagonal is changed if the distances of both middles add up to less than this share of what they were."""
-_BEND = 0.7
-"""Normals at the ends of a new diagonal do not turn by more than this cosine."""
-_FACING = 0.8**2
-"""Nor does a new triangle from normals at its corners, by this squared cosine."""
+_SQUARE = FACING**2
 
 _U = np.uint64  # indices of this kind are not tested for being negative
 
@@ -62,7 +60,7 @@ def _faces(vertices: Any, normals: Any, a: Any, b: Any, c: Any) -> bool:
         at_a, at_b, at_c = at_a + x * normals[a, k], at_b + x * normals[b, k], at_c + x * normals[c, k]
         square += x * x
     least = min(at_a, min(at_b, at_c))
-    return least > 0.0 and least * least > _FACING * square
+    return least > 0.0 and least * least > _SQUARE * square
 
 
 @njit(**INNER)
@@ -74,7 +72,7 @@ def _better(vertices: Any, normals: Any, p: Any, q: Any, r: Any, s: Any) -> bool
     if not abs(pr + sp + rs) + abs(rq + qs + rs) < _GAIN * (abs(pr + rq + pq) + abs(qs + sp + pq)):
         return False
     bend = normals[r, 0] * normals[s, 0] + normals[r, 1] * normals[s, 1] + normals[r, 2] * normals[s, 2]
-    return bend > _BEND and _faces(vertices, normals, p, r, s) and _faces(vertices, normals, r, q, s)
+    return bend > BEND and _faces(vertices, normals, p, r, s) and _faces(vertices, normals, r, q, s)
 
 
 @njit(**OPTIONS)

@@ -14,6 +14,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+FACING = 0.8
+"""Triangles should not turn by more than this cosine from a normal at a corner."""
+BEND = 0.7
+"""Nor should normals at the ends of a side."""
+
 
 @njit(**OPTIONS)
 def _measure(vertices: Any, normals: Any, fixed: Any, faces: Any, bends: Any, facing: Any) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.polygonizers.clip import unit
-from implicit.polygonizers.conforming.facing import measure
+from implicit.polygonizers.conforming.facing import BEND, FACING, measure
 from implicit.polygonizers.conforming.local import Local, among
 from implicit.polygonizers.steps import step_onto
 from implicit.polygonizers.weld import list_marked
@@ -28,12 +28,10 @@ IntArray = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Mesh = tuple[FloatArray, FloatArray, IntArray]
 
-_FACING, _ALLOWED = 0.8, 0.5
-"""Triangles should not turn by more than this cosine from a normal at a corner; the second is put up with."""
-_BEND = 0.7
-"""Nor should normals at the ends of a side."""
+_ALLOWED = 0.5
+"""Triangles that face so much elsewhere, and sides that bend so much, are put up with when a side is halved."""
 _TURNED = 0.5
-"""Nor do they at those of a side that another is turned to; it may be halved next."""
+"""Normals at the ends of a side that another is turned to do not turn by more; it may be halved next."""
 _ROUNDS = 8
 _ASIDE = 0.5
 """The surface is no farther from the middle of a side, as a share of its length."""
@@ -98,7 +96,7 @@ def mend(local: Local, mesh: Mesh, fixed: Flags) -> Mesh:
     vertices, normals, faces = mesh
     whole = np.zeros(len(vertices), np.bool_)
     patch = _Patch.of(vertices, normals, fixed, faces)
-    whole[faces[(patch.bends < _BEND).any(axis=1) | (patch.facing < _FACING)].ravel()] = True
+    whole[faces[(patch.bends < BEND).any(axis=1) | (patch.facing < FACING)].ravel()] = True
     around = np.zeros(len(faces), bool)
     around[list_marked(faces, whole)] = True
     patch, failed = patch.rows(around), np.zeros(0, np.int64)
@@ -138,14 +136,14 @@ def _halve(local: Local, patch: _Patch, failed: IntArray) -> tuple[_Patch, IntAr
 
 def _bent(patch: _Patch, failed: IntArray) -> tuple[IntArray, IntArray]:
     """Pairs (m, 2) of faces whose most bent side is that between them, and their corners p, q, r, s (m, 4)."""
-    rows = np.flatnonzero((patch.bends < _BEND).any(axis=1))
+    rows = np.flatnonzero((patch.bends < BEND).any(axis=1))
     part = patch.faces[rows]
     keys = _keys(part, np.roll(part, -1, axis=1))
     cosines = patch.bends[rows] + _TIE * (keys % _PRIME)  # of equal ones, both faces choose the same
     cosines[among(keys, failed)] = 1
     row = np.arange(len(part))
     quads, beyond = _across(part, 3 * row + cosines.argmin(axis=1), len(patch.vertices))
-    own = np.flatnonzero((beyond > row) & (beyond[beyond] == row) & (cosines.min(axis=1, initial=1) < _BEND))
+    own = np.flatnonzero((beyond > row) & (beyond[beyond] == row) & (cosines.min(axis=1, initial=1) < BEND))
     return np.column_stack([rows[own], rows[beyond[own]]]), quads[own]
 
 
@@ -170,7 +168,7 @@ def _turn(patch: _Patch, whole: Flags) -> _Patch:
     that are `whole` (v,) are there.
     """
     vertices, fixed, faces = patch.vertices, patch.fixed, patch.faces
-    bad = patch.facing < _FACING
+    bad = patch.facing < FACING
     marked = np.zeros(len(vertices), np.bool_)
     marked[faces[bad].ravel()] = True
     rows = list_marked(faces, marked)

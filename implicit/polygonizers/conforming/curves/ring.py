@@ -132,6 +132,8 @@ def rings(local: Local, circles: Circles) -> Rings:
 
 def crossings(local: Local, circles: list[Circle]) -> list[FloatArray]:
     """For each circle the angles (n,) in [0, 2 pi) where f changes sign on its polygon, ascending."""
+    if not circles:
+        return []
     found = rings(local, Circles.of(circles))
     return [angles[:number] for number, angles in zip(found.number, found.angles, strict=True)]
 

@@ -63,7 +63,7 @@ def find_link(
     found, sheets = stable(local, circles, 1e-3)
     settled = None not in found and not narrow
     circles = [new or old for new, old in zip(found, circles, strict=True)]
-    roots = crossings(local, circles) if circles else []
+    roots = crossings(local, circles)
     rings = [unit_rows(c.at(beside(r)) - point) for c, r in zip(circles, roots, strict=True)]
     rim = np.array([circle.radius / radius for circle in circles])
     for exit_, reach in zip(exits, rim, strict=True):
