@@ -42,3 +42,13 @@ def test_tubes_become_thinner_than_the_distance_of_a_fold():
     assert len(larger.unresolved) == len(smaller.unresolved) == 0
     assert topology(larger) == topology(smaller)
     assert larger.euler == 1
+
+
+@pytest.mark.parametrize(("width", "cells"), [(25, 40), (8, 64)])
+def test_needles_beside_a_line_are_right_or_listed(width, cells):
+    """x^2 = y^2 (y + z^2 / width): a sheet through the z axis, and two cones joined to it along a half of the axis each.
+
+    The sheet and the cones, which are thinner than a cell, are discs, and the halves of the axis arcs: 3 - 2.
+    """
+    mesh = conforming(Surface(f"x^2 = y^2*(y + z^2/{width})"), Ball(1.5), cells)
+    assert len(mesh.unresolved) or mesh.euler == 1

@@ -157,7 +157,7 @@ def mesh_neighbourhood(
         best = found if best is None or len(found.doubtful) < len(best.doubtful) else best
         hopeless = bool(frame.doubtful) or not all(course.settled for course in courses)
         hopeless |= len(found.doubtful) > _WORSE * len(best.doubtful)
-        if not patch or not len(patch.doubtful) or not len(patch.blocked) or not frame.arcs or hopeless:
+        if not patch or not len(patch.doubtful) or not len(patch.blocked) or not courses or hopeless:
             break
         sizes = np.minimum(0.3 * 0.5**turn, _THINNER * _sizes_at(courses, patch.blocked))
         limits.append(np.column_stack([patch.blocked, sizes]))
