@@ -46,7 +46,7 @@ def test_tubes_become_thinner_than_the_distance_of_a_fold():
 
 @pytest.mark.parametrize(("width", "cells"), [(25, 40), (8, 64)])
 def test_needles_beside_a_line_are_right_or_listed(width, cells):
-    """x^2 = y^2 (y + z^2 / width): a sheet through the z axis, and two cones joined to it along a half of the axis each.
+    """x^2 = y^2 (y + z^2 / width): a sheet through the z axis, and two cones, each joined to it along half of the axis.
 
     The sheet and the cones, which are thinner than a cell, are discs, and the halves of the axis arcs: 3 - 2.
     """
