@@ -28,9 +28,10 @@ if TYPE_CHECKING:
     from implicit.implicitize import implicitize
     from implicit.implicitize.certificate import Certificate
     from implicit.implicitize.matrix import MatrixForm, matrix_form
-    from implicit.mesh import Mesh, MeshReport
+    from implicit.mesh import Mesh
     from implicit.parametrize import parametrize
     from implicit.polygonize import polygonize, polygonize_from
+    from implicit.report import MeshReport
     from implicit.show import render, show
     from implicit.singular import SingularCurve, SingularLocus, SingularPoint, singularities
     from implicit.solids.combine import blend, offset
@@ -59,7 +60,7 @@ _HOMES = {
     "MatrixForm": "implicitize.matrix",
     "matrix_form": "implicitize.matrix",
     "Mesh": "mesh",
-    "MeshReport": "mesh",
+    "MeshReport": "report",
     "parametrize": "parametrize",
     "polygonize": "polygonize",
     "polygonize_from": "polygonize",

@@ -14,73 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from implicit.errors import OpenSurfaceError
 
 if TYPE_CHECKING:
+    from implicit.report import MeshReport
     from implicit.topology import Edges
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-_FLAT = 1e-12
-"""A triangle is degenerate when twice its area is at most this share of its longest edge squared."""
-
-
-@dataclass(frozen=True)
-class MeshReport:
-    """What is true of a mesh: counts of its parts, and whether it is closed, manifold and oriented.
-
-    closed: there are faces and no boundary edge. manifold: no edge has more than two faces and the faces round each
-    vertex form one fan. oriented: neighbours run through their common edge in opposite directions. `genus` is the
-    sum over the components of a closed oriented manifold, otherwise None.
-    """
-
-    closed: bool
-    manifold: bool
-    oriented: bool
-    vertices: int
-    edges: int
-    faces: int
-    components: int
-    euler: int
-    genus: int | None
-    boundary_edges: int
-    nonmanifold_edges: int
-    nonmanifold_vertices: int
-    degenerate_faces: int
-    curves: int
-    unresolved: int | None
-
-    @property
-    def empty(self) -> bool:
-        """Whether there is nothing at all: no face, no curve, no point."""
-        return self.vertices == 0
-
-    def __str__(self) -> str:
-        """A few readable lines."""
-        if self.empty:
-            return "empty mesh: no vertices, no faces"
-        kind = [
-            "closed" if self.closed else f"open ({self.boundary_edges} boundary edges)",
-            "manifold" if self.manifold else "not manifold",
-            "oriented" if self.oriented else "not oriented",
-        ]
-        lines = [
-            f"{self.vertices} vertices, {self.edges} edges, {self.faces} faces: {', '.join(kind)}",
-            f"{_count(self.components, 'component')}, Euler characteristic {self.euler}"
-            + ("" if self.genus is None else f", genus {self.genus}"),
-        ]
-        wrong = {
-            "edge(s) with more than two faces": self.nonmanifold_edges,
-            "vertex or vertices where sheets touch": self.nonmanifold_vertices,
-            "degenerate face(s)": self.degenerate_faces,
-            "undecided box(es)": self.unresolved or 0,
-        }
-        lines += [f"{number} {what}" for what, number in wrong.items() if number]
-        if self.curves:
-            lines.append(_count(self.curves, "curve"))
-        return "\n".join(lines)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -150,7 +88,7 @@ class Mesh:
     @property
     def area(self) -> float:
         """The sum of the triangles' areas."""
-        return float(np.linalg.norm(_cross(self.vertices, self.faces), axis=1).sum() / 2)
+        return float(np.linalg.norm(double_areas(self.vertices, self.faces), axis=1).sum() / 2)
 
     @property
     def volume(self) -> float:
@@ -167,7 +105,7 @@ class Mesh:
             return 0.0
         middle = (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2
         first = self.vertices[self.faces[:, 0]] - middle
-        return float(np.einsum("ij,ij->", first, _cross(self.vertices, self.faces)) / 6)
+        return float(np.einsum("ij,ij->", first, double_areas(self.vertices, self.faces)) / 6)
 
     @property
     def euler(self) -> int:
@@ -180,39 +118,9 @@ class Mesh:
 
     @cached_property
     def _report(self) -> MeshReport:
-        from implicit.topology import count_components, curve_edges, split_vertices
+        from implicit.report import describe
 
-        edges = self._edges
-        loose = curve_edges(self.curves, edges)
-        used, components = count_components(self.faces, loose, self.points, len(self.vertices))
-        split = len(split_vertices(self.faces, edges))
-        euler = used - (edges.count + len(loose)) + len(self.faces)
-        closed = len(self.faces) > 0 and edges.boundary == 0
-        manifold = edges.crowded == 0 and split == 0
-        whole = closed and manifold and edges.oriented and not len(loose)
-        return MeshReport(
-            closed=closed,
-            manifold=manifold,
-            oriented=edges.oriented,
-            vertices=used,
-            edges=edges.count + len(loose),
-            faces=len(self.faces),
-            components=components,
-            euler=euler,
-            genus=components - euler // 2 if whole else None,
-            boundary_edges=edges.boundary,
-            nonmanifold_edges=edges.crowded,
-            nonmanifold_vertices=split,
-            degenerate_faces=self._count_flat(),
-            curves=len(self.curves),
-            unresolved=None if self.unresolved is None else len(self.unresolved),
-        )
-
-    def _count_flat(self) -> int:
-        corners = self.vertices[self.faces]
-        longest = np.max(np.sum((corners - np.roll(corners, 1, axis=1)) ** 2, axis=2), axis=1, initial=0.0)
-        double = np.linalg.norm(_cross(self.vertices, self.faces), axis=1)
-        return int(np.count_nonzero(double <= _FLAT * longest))
+        return describe(self, self._edges)
 
     def separate(self) -> Mesh:
         """The mesh with a vertex for each sheet where sheets cross or touch: manifold, as printers want it."""
@@ -261,7 +169,7 @@ def assemble(
 
 def area_weighted_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Unit normals (V, 3): at each vertex the mean of its faces' normals by area, 0 where there is none."""
-    weighted = _cross(vertices, faces)
+    weighted = double_areas(vertices, faces)
     total = np.zeros((len(vertices), 3))
     for axis in range(3):
         for corner in range(3):
@@ -270,7 +178,8 @@ def area_weighted_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
 
 
-def _cross(vertices: FloatArray, faces: IntArray) -> FloatArray:
+def double_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """(b - a) x (c - a) for faces (F, 3) with corners a, b, c: along their normals, twice as long as they are large."""
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     return np.asarray(np.cross(b - a, c - a))
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from implicit.domain import Bounds
-from implicit.mesh import Mesh
+from implicit.mesh import Mesh, double_areas
 from implicit.pictures.look import DARK, RED, Look
 from implicit.pictures.sticks import Faces, Points, Shape, ball, block, merge, rods, tube, unit
 from implicit.topology import find_edges
@@ -205,8 +205,7 @@ def split_sheets(mesh: Mesh, crease: float = 0.7) -> Shape:
     triangle.
     """
     vertices, faces, normals = mesh.vertices, mesh.faces, mesh.normals
-    flat = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
-    flat = unit(flat)[:, None]
+    flat = unit(double_areas(vertices, faces))[:, None]
     special = _mark(len(vertices), mesh.points, *mesh.curves)
     corner = normals[faces]
     lost = special[faces] | (np.sum(corner * flat, axis=2) < np.cos(crease)) & flat.any(axis=2)
