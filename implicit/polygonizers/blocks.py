@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from implicit.bernstein import polar_weights
 from implicit.kernels.elementary import FUSED
-from implicit.polygonizers.lattice import CELLS, Lattice
+from implicit.polygonizers.lattice import Lattice, to_bricks
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -148,23 +148,22 @@ class Dense:
 def find_bricks(parts: Sequence[Dense], lattice: Lattice) -> NDArray[np.int32]:
     """The bricks (n, 3), in the order of the sweep, where none of the polynomials is known to keep one sign."""
     level = max(max(lattice.bricks) // _COARSE, 1).bit_length() - 1
-    mask = np.ones(tuple(-(-count // 2**level) for count in lattice.bricks), np.uint8)
+    mask = lattice.met(2**level).view(np.uint8)
     while True:
         for part in parts:
             part.clear(lattice, level, mask)
         if level == 0 or not mask.any():
             break
         level -= 1
-        finer = tuple(-(-count // 2**level) for count in lattice.bricks)
-        mask = mask.repeat(2, 0).repeat(2, 1).repeat(2, 2)[: finer[0], : finer[1], : finer[2]].copy()
-    chosen = np.flatnonzero(mask)[::-1]
-    return np.column_stack(np.unravel_index(chosen, mask.shape)).astype(np.int32)
+        met = lattice.met(2**level).view(np.uint8)
+        x, y, z = met.shape
+        mask = met & mask.repeat(2, 0).repeat(2, 1).repeat(2, 2)[:x, :y, :z]
+    return to_bricks(mask.view(np.bool_))
 
 
 def _ranges(lattice: Lattice, axis: int, bricks: int, step: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The ranges of t^step over the blocks along an axis, and the largest |t^step|."""
-    planes = lattice.axes[axis]
-    edges = np.append(planes[: -1 : CELLS * bricks], planes[-1])
+    edges = lattice.edges(axis, bricks)
     ends = np.sort(np.stack([edges[:-1] ** step, edges[1:] ** step]), axis=0)
     if step % 2 == 0:
         ends[0, (edges[:-1] <= 0) & (edges[1:] >= 0)] = 0.0

@@ -2,7 +2,8 @@
 
 Bricks come in descending order of x, y, z. A brick owns the edges that start at its points 0 to 6 along each axis (to
 the last plane in the last brick) and takes the numbers of the edges on its upper faces from its three upper
-neighbours, which have left them behind. So every vertex has one number from the start, and nothing is merged.
+neighbours, which have left them behind. So every vertex has one number from the start, and nothing is merged. Where no
+brick is swept beyond a face, the edges on it are the brick's own.
 
 f < 0 is inside and f = 0 is outside. A brick without a sample inside, or without one outside, has no edge that
 crosses, on its faces neither; its neighbours never ask for it.
@@ -183,16 +184,17 @@ class Room(NamedTuple):
 
 @njit(**OPTIONS)
 def extract(
-    samples: Any, bricks: Any, begin: int, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int, codes: Any,
-    starts: Any, corners: Any, t: int, room: Any,
+    samples: Any, bricks: Any, ends: Any, begin: int, cells: Any, low_x: Any, low_y: Any, low_z: Any, first: int,
+    codes: Any, starts: Any, corners: Any, t: int, room: Any,
 ) -> tuple[int, int, int, bool]:  # fmt: skip
     """Extract bricks (n, 3) with samples (n, 512) from `begin` on, while there is room in `codes` and `corners`.
 
-    cells (3,) of the lattice; low_x (2, ., ., 128), low_y (2, ., 128), low_z (128,) numbers left behind on lower
-    faces; `first` is the number of the next vertex. Fills codes: 2048 brick + 512 axis + 64 x + 8 y + z for the edge
-    of each vertex, the place in it where each brick starts in starts (n + 1,), and the three corners of each triangle
-    from triangle t on. Returns where it stopped, the number of vertices found, the next triangle, and whether all was
-    finite; if not, it stopped at a brick with a sample that is not. room: see `Room`.
+    ends (n, 3): whether no brick is swept beyond along each axis; cells (3,) of the lattice; low_x (2, ., ., 128),
+    low_y (2, ., 128), low_z (128,) numbers left behind on lower faces; `first` is the number of the next vertex. Fills
+    codes: 2048 brick + 512 axis + 64 x + 8 y + z for the edge of each vertex, the place in it where each brick starts
+    in starts (n + 1,), and the three corners of each triangle from triangle t on. Returns where it stopped, the number
+    of vertices found, the next triangle, and whether all was finite; if not, it stopped at a brick with a sample that
+    is not. room: see `Room`.
     """
     signs, eights, words, numbers, counts = room
     own, points = counts[0], counts[1]
@@ -216,7 +218,7 @@ def extract(
             start = 7 * bricks[index, axis]
             left = cells[axis] - start
             own[axis] = left if left < 7 else 7
-            points[axis] = own[axis] + (start + own[axis] == cells[axis])
+            points[axis] = own[axis] + ends[index, axis]
         whole, cut_y = _rows(points[1], points[2]), _rows(own[1], points[2])
         cut_z, cut_both = _rows(points[1], own[2]), _rows(own[1], own[2])
         bx, by, bz = bricks[index, 0], bricks[index, 1], bricks[index, 2]

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.domain import Bounds
+from implicit.domain import Ball, Bounds
 
 CELLS = 7
 """Cells along the side of a brick."""
@@ -22,9 +22,13 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Planes of constant x, y and z over a box; the step along each axis is at most the longest side / resolution."""
+    """Planes of constant x, y and z over a box; the step along each axis is at most the longest side / resolution.
+
+    Bricks more than two cells outside the ball `within` are not swept.
+    """
 
     axes: tuple[FloatArray, FloatArray, FloatArray]
+    within: Ball | None = None
 
     @classmethod
     def over(cls, bounds: Bounds, resolution: int) -> "Lattice":
@@ -33,7 +37,7 @@ class Lattice:
         sides = upper - lower
         counts = np.maximum(np.ceil(sides / (sides.max() / resolution) * (1 - 1e-12)), 1).astype(int)
         x, y, z = (np.linspace(a, b, n + 1) for a, b, n in zip(lower, upper, counts))
-        return cls((x, y, z))
+        return cls((x, y, z), bounds if isinstance(bounds, Ball) else None)
 
     @cached_property
     def cells(self) -> tuple[int, int, int]:
@@ -71,9 +75,44 @@ class Lattice:
             row[: len(axis)], row[len(axis) :] = axis, axis[-1]
         return planes
 
+    def edges(self, axis: int, bricks: int) -> FloatArray:
+        """Where blocks of so many bricks begin along an axis, and where the last one ends."""
+        planes = self.axes[axis]
+        return np.append(planes[: -1 : CELLS * bricks], planes[-1])
+
+    def met(self, bricks: int = 1) -> NDArray[np.bool_]:
+        """Which blocks of so many bricks along each axis are to be swept, (blocks along x, y, z)."""
+        x, y, z = (self._gaps(axis, bricks) for axis in range(3))
+        return self._near(x[:, None, None], y[:, None], z)
+
+    def ends(self, bricks: NDArray[np.int32]) -> NDArray[np.bool_]:
+        """Which bricks (n, 3) are the last to be swept along each axis, (n, 3)."""
+        last = (bricks + 1) * CELLS >= np.array(self.cells)
+        if self.within:
+            gaps = [np.append(self._gaps(axis, 1), np.inf) for axis in range(3)]
+            for axis in range(3):
+                x, y, z = (gap[bricks[:, i] + (i == axis)] for i, gap in enumerate(gaps))
+                last[:, axis] |= ~self._near(x, y, z)
+        return last
+
+    def _gaps(self, axis: int, bricks: int) -> FloatArray:
+        """How far the blocks of so many bricks are from the middle of the ball along an axis, 0 without a ball."""
+        edges, middle = self.edges(axis, bricks), self.within.center[axis] if self.within else 0.0
+        far = np.maximum(np.maximum(edges[:-1] - middle, middle - edges[1:]), 0.0)
+        return far if self.within else np.zeros_like(far)
+
+    def _near(self, x: FloatArray, y: FloatArray, z: FloatArray) -> NDArray[np.bool_]:
+        """Whether what is so far from the middle of the ball along each axis is to be swept.
+
+        Where three of the four bricks at an edge are swept, the vertices on it come twice. So it is a cell's diagonal
+        away from the ball, and triangles that meet the ball have none of them.
+        """
+        reach = self.within.radius + 2 * self.step if self.within else np.inf
+        return np.asarray(x * x + y * y + z * z <= reach * reach)
+
     def all_bricks(self) -> NDArray[np.int32]:
-        """(n, 3) every brick, in the order of the sweep."""
-        return np.ascontiguousarray(np.indices(self.bricks, np.int32).reshape(3, -1).T[::-1])
+        """(n, 3) every brick to be swept, in the order of the sweep."""
+        return to_bricks(self.met())
 
     def brick_points(self, bricks: NDArray[np.int32]) -> FloatArray:
         """(n, 512, 3) the sample points of bricks (n, 3)."""
@@ -84,6 +123,11 @@ class Lattice:
         points[..., 1] = y[:, None, :, None]
         points[..., 2] = z[:, None, None, :]
         return points.reshape(len(bricks), 512, 3)
+
+
+def to_bricks(marked: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """(n, 3) the bricks marked in an array (bricks along x, y, z), in the order of the sweep."""
+    return np.ascontiguousarray(np.argwhere(marked)[::-1].astype(np.int32))
 
 
 def in_order(bricks: NDArray[np.int32]) -> NDArray[np.int32]:

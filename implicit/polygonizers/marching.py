@@ -75,6 +75,7 @@ class _Run:
         self.codes = np.empty(room, np.int32)
         self.rows, self.at_points = np.empty(room, np.int64), np.empty(room, np.int64)
         self.begins = np.zeros(self.last - self.first + 1, np.int64)
+        self.ends = self.sampler.lattice.ends(self.sampler.bricks[self.first : self.last]).view(np.uint8)
         self.samples = np.empty((min(BATCH, self.last - self.first), 512))
         self.starts = np.zeros(BATCH + 1, np.int64)
         self.low_x = np.empty((2, rows, columns, 128), np.int32)
@@ -108,8 +109,8 @@ class _Run:
         while begin < len(bricks):
             self._make_room(0, TRIANGLES_PER_BRICK, first + begin)
             end, n, self.t, finite = extract(
-                samples, bricks, begin, lattice.cells, self.low_x, self.low_y, self.low_z, self.n, self.codes,
-                self.starts, self.faces.reshape(-1), self.t, self.room,
+                samples, bricks, self.ends[first - self.first :], begin, lattice.cells, self.low_x, self.low_y,
+                self.low_z, self.n, self.codes, self.starts, self.faces.reshape(-1), self.t, self.room,
             )  # fmt: skip
             if not finite:
                 refuse(lattice.brick_points(bricks[end : end + 1])[0], samples[end])

@@ -112,7 +112,7 @@ def _in_range(field: Field, lattice: Lattice) -> BrickArray:
         ranges = field.ranges(boxes)
         blocks = blocks[~((ranges[:, 0] >= 0) | (ranges[:, 1] < 0))]
         if level == 0:
-            return in_order(blocks.astype(np.int32))
+            return in_order(blocks[lattice.met()[tuple(blocks.T)]].astype(np.int32))
         level -= 1
         blocks = (2 * blocks[:, None] + halves).reshape(-1, 3)
         blocks = blocks[(blocks * (CELLS << level) < lattice.cells).all(axis=1)]

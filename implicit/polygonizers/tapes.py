@@ -18,7 +18,7 @@ from implicit.kernels.elementary import INNER, OPTIONS
 from implicit.kernels.ranges import PLACE, SPLIT, enclose
 from implicit.kernels.shorten import find_equal, shorten
 from implicit.kernels.sweep import Pool
-from implicit.polygonizers.lattice import Lattice
+from implicit.polygonizers.lattice import Lattice, to_bricks
 from implicit.tape import ABS, MAX, MIN, Tape
 
 FloatArray = NDArray[np.float64]
@@ -130,7 +130,7 @@ def _find_bricks(tape: Tape, lattice: Lattice) -> BrickArray:
         blocks = np.concatenate([blocks[:0], *(_children(tape, lattice, part, width, SPLIT) for part in parts)])
     marked = np.zeros(lattice.bricks, np.bool_)
     marked[tuple(blocks.T)] = True
-    return np.ascontiguousarray(np.argwhere(marked)[::-1].astype(np.int32))
+    return to_bricks(marked & lattice.met())
 
 
 def _children(tape: Tape, lattice: Lattice, blocks: IntArray, width: int, split: int) -> IntArray:
@@ -183,6 +183,7 @@ class TapeSampler:
         code, arguments, leaves = _find_leaves(tape, lattice)
         rank = np.full(lattice.bricks, -1, np.int32)  # the leaf of each brick: quicker to read in order than to sort
         rank[leaves[:, 0], leaves[:, 1], leaves[:, 2]] = np.arange(len(leaves))
+        rank[~lattice.met()] = -1
         return cls(field, lattice, Pool(code, arguments, tape.constants), leaves[rank[rank >= 0][::-1]])
 
     @property

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.domain import Bounds, Box
+from implicit.domain import Ball, Bounds, Box
 from implicit.polygonizers.lattice import Lattice
 
 FloatArray = NDArray[np.float64]
@@ -21,11 +21,12 @@ _SHIFT = np.array([0.371, 0.417, 0.293])
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """`cells` cubes of side `step` along each axis from `origin` on."""
+    """`cells` cubes of side `step` along each axis from `origin` on; those outside the ball `within` are not swept."""
 
     origin: FloatArray
     step: float
     cells: IntArray
+    within: Ball | None = None
 
     @classmethod
     def over(cls, bounds: Bounds, resolution: int, margin: int) -> "Grid":
@@ -34,13 +35,14 @@ class Grid:
         step = bounds.box.size / resolution
         origin = lower - (margin + _SHIFT) * step
         cells = np.ceil((upper - origin) / step).astype(np.int64) + margin
-        return cls(origin, step, cells + (cells % 7 == 0))
+        within = Ball(bounds.radius + margin * step, bounds.center) if isinstance(bounds, Ball) else None
+        return cls(origin, step, cells + (cells % 7 == 0), within)
 
     @property
     def lattice(self) -> Lattice:
         """The same planes for the sweep."""
         x, y, z = (o + self.step * np.arange(n + 1) for o, n in zip(self.origin, self.cells, strict=True))
-        return Lattice((x, y, z))
+        return Lattice((x, y, z), self.within)
 
     @property
     def box(self) -> Box:
