@@ -77,6 +77,35 @@ def fill_bricks(powers: Any, lines: Any, bricks: Any, samples: Any, plane: Any, 
 
 
 @njit(**FUSED)
+def _fill_powers(source: Any, step: int, powers: Any, slopes: Any) -> None:
+    """Set powers to source^step, and slopes to the derivatives step source^(step - 1)."""
+    for k in range(len(source)):
+        powers[k] = source[k]
+    for k in range(POINTS):
+        slopes[k] = 1.0
+    for _ in range(step - 1):
+        for k in range(POINTS):
+            slopes[k] *= powers[k]
+    for k in range(POINTS):
+        powers[k] *= slopes[k]
+        slopes[k] *= step
+
+
+@njit(**FUSED)
+def _sum_line(row: Any, length: int, w: Any, h: Any, hz: Any) -> None:
+    """Set h to the sum of row[c] w^c, of which there are three or more, and hz to its derivative."""
+    c0, c1, c2 = row[length - 3], row[length - 2], row[length - 1]
+    for k in range(POINTS):
+        h[k] = (c2 * w[k] + c1) * w[k] + c0
+        hz[k] = 2.0 * c2 * w[k] + c1
+    for c in range(length - 4, -1, -1):
+        c0 = row[c]
+        for k in range(POINTS):
+            hz[k] = hz[k] * w[k] + h[k]
+            h[k] = h[k] * w[k] + c0
+
+
+@njit(**FUSED)
 def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: Any, gradients: Any, room: Any) -> None:
     """Values (n,) and gradients (3, n) at points (3, n), by Horner's rule with derivatives in z, y and x.
 
@@ -89,17 +118,7 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
         n = points.shape[1] - base
         n = n if n < POINTS else POINTS
         for axis in range(3):
-            source, own, factor = points[axis, base : base + n], t[axis], slope[axis]
-            for k in range(n):
-                own[k] = source[k]
-            for k in range(POINTS):
-                factor[k] = 1.0
-            for _ in range(steps[axis] - 1):
-                for k in range(POINTS):
-                    factor[k] *= own[k]
-            for k in range(POINTS):
-                own[k] *= factor[k]
-                factor[k] *= steps[axis]
+            _fill_powers(points[axis, base : base + n], steps[axis], t[axis], slope[axis])
         u, v, w = t[0], t[1], t[2]
         for k in range(POINTS):
             f[k] = fx[k] = fy[k] = fz[k] = 0.0
@@ -126,15 +145,7 @@ def differentiate(tensor: Any, lengths: Any, steps: Any, points: Any, values: An
                         g[k] = g[k] * v[k] + (c1 * w[k] + c0)
                         gz[k] = gz[k] * v[k] + c1
                 else:
-                    c0, c1, c2 = row[length - 3], row[length - 2], row[length - 1]
-                    for k in range(POINTS):
-                        h[k] = (c2 * w[k] + c1) * w[k] + c0
-                        hz[k] = 2.0 * c2 * w[k] + c1
-                    for c in range(length - 4, -1, -1):
-                        c0 = row[c]
-                        for k in range(POINTS):
-                            hz[k] = hz[k] * w[k] + h[k]
-                            h[k] = h[k] * w[k] + c0
+                    _sum_line(row, length, w, h, hz)
                     for k in range(POINTS):
                         gy[k] = gy[k] * v[k] + g[k]
                         g[k] = g[k] * v[k] + h[k]

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -38,13 +39,13 @@ class Hull:
         derivative along it is given as 0; and where q has no zero, unless they are wanted everywhere.
         """
         result = np.empty((len(boxes), 6))
-        shape = self.coefficients.shape[1:]
+        faces, *shape = self.coefficients.shape
         error = 32 * (sum(shape) + 16) * float(np.finfo(float).eps)
-        weights = _weights(shape)
         matrices, powers = np.empty((3, max(shape), max(shape))), np.empty((5, max(shape)))
+        room = np.empty((3, prod(shape)))
         _find_ranges(
-            self.coefficients, self.sizes, np.ascontiguousarray(boxes), weights, error, result, matrices, powers,
-            np.empty((3, *shape)), np.empty(shape[2]), everywhere,
+            self.coefficients.reshape(faces, -1), self.sizes, np.ascontiguousarray(boxes), _weights(tuple(shape)),
+            error, everywhere, result, matrices, powers, room, room[2].reshape(shape),
         )  # fmt: skip
         return result
 
@@ -72,17 +73,54 @@ def _fill_matrix(low: float, high: float, weights: Any, n: int, powers: Any, mat
             matrix[m, i] = total
 
 
+@njit(**INNER)
+def _contract(matrix: Any, n: int, source: Any, target: Any) -> None:
+    """Row r, column m of the target: sum over i of matrix[i, m] source[i, r]. The first axis becomes the last."""
+    rest = len(source) // n
+    for r in range(rest):
+        for m in range(n):
+            total = 0.0
+            for i in range(n):
+                total += matrix[i, m] * source[i * rest + r]
+            target[r * n + m] = total
+
+
+@njit(**INNER)
+def _size_of(sizes: Any, powers: Any) -> float:
+    """The sum of sizes (a, b, c) times powers of the farthest t, u and v."""
+    size = 0.0
+    for k in range(sizes.shape[2]):
+        total = 0.0
+        for i in range(sizes.shape[0]):
+            for j in range(sizes.shape[1]):
+                total += sizes[i, j, k] * powers[0, i] * powers[1, j]
+        size += total * powers[2, k]
+    return size
+
+
+@njit(**INNER)
+def _extremes(hull: Any, axis: int) -> tuple[float, float]:
+    """The least and the largest coefficient, or step from one to the next along u (axis 1) or v (axis 2)."""
+    low, high, u, v = np.inf, -np.inf, int(axis == 1), int(axis == 2)
+    for i in range(hull.shape[0]):
+        for j in range(hull.shape[1] - u):
+            for k in range(hull.shape[2] - v):
+                step = hull[i, j + u, k + v]
+                if axis > 0:
+                    step -= hull[i, j, k]
+                low = step if step < low else low
+                high = step if step > high else high
+    return low, high
+
+
 @njit(**OPTIONS)
 def _find_ranges(
-    faces: Any, abs_faces: Any, boxes: Any, weights: Any, error: float, result: Any, matrices: Any, powers: Any,
-    room: Any, sizes: Any, everywhere: bool,
+    faces: Any, sizes: Any, boxes: Any, weights: Any, error: float, everywhere: bool, result: Any, matrices: Any,
+    powers: Any, room: Any, hull: Any,
 ) -> None:  # fmt: skip
-    _, a, b, c = room.shape
-    one, two, hull = room[0], room[1], room[2]
     for index in range(len(boxes)):
         box = boxes[index]
         face = int(box[3, 0])
-        q, weight = faces[face], abs_faces[face]
         first = 0  # the first axis along which the box is not that before: what it shares with it is kept
         if index > 0 and boxes[index - 1, 3, 0] == box[3, 0]:
             while (
@@ -92,59 +130,23 @@ def _find_ranges(
             ):
                 first += 1
         for axis in range(first, 3):
-            n = room.shape[1 + axis]
+            n = hull.shape[axis]
             _fill_matrix(box[axis, 0], box[axis, 1], weights[axis], n, powers[3:], matrices[axis])
             for m in range(n):
                 low, high = abs(powers[3, m]), abs(powers[4, m])
                 powers[axis, m] = low if low > high else high
-        if first == 0:
-            for m in range(a):
-                for j in range(b):
-                    for k in range(c):
-                        total = 0.0
-                        for i in range(a):
-                            total += matrices[0, i, m] * q[i, j, k]
-                        one[m, j, k] = total
-        if first < 2:
-            for k in range(c):
-                sizes[k] = 0.0
-                for i in range(a):
-                    for m in range(b):
-                        total = 0.0
-                        for j in range(b):
-                            total += matrices[1, j, m] * one[i, j, k]
-                        two[i, m, k] = total
-                        sizes[k] += weight[i, m, k] * powers[0, i] * powers[1, m]
-        size = 0.0
-        for k in range(c):
-            size += sizes[k] * powers[2, k]
-        for i in range(a):
-            for j in range(b):
-                for m in range(c):
-                    total = 0.0
-                    for k in range(c):
-                        total += matrices[2, k, m] * two[i, j, k]
-                    hull[i, j, m] = total
-        slack = error * size
+            source = faces[face] if axis == 0 else room[axis - 1]
+            _contract(matrices[axis], n, source, room[axis])
+        slack = error * _size_of(sizes[face], powers)
         for axis in range(3):  # the values, then the steps along u and v
-            low, high, u, v = np.inf, -np.inf, int(axis == 1), int(axis == 2)
-            if axis > 0 and not everywhere and (result[index, 0] > 0.0 or result[index, 1] < 0.0):
-                result[index, 2 * axis] = result[index, 2 * axis + 1] = 0.0
+            n, width = hull.shape[axis] - 1, box[axis, 1] - box[axis, 0]
+            result[index, 2 * axis] = result[index, 2 * axis + 1] = 0.0
+            if axis > 0 and (n == 0 or not width > 0.0):
                 continue
-            for i in range(a):
-                for j in range(b - u):
-                    for k in range(c - v):
-                        step = hull[i, j + u, k + v]
-                        if axis > 0:
-                            step -= hull[i, j, k]
-                        low = step if step < low else low
-                        high = step if step > high else high
-            factor = 1.0
-            if axis > 0:
-                n, width = room.shape[1 + axis] - 1, box[axis, 1] - box[axis, 0]
-                factor = n / width if n > 0 and width > 0.0 else 0.0
-                slack = 2 * slack if axis == 1 else slack
-            if factor == 0.0:
-                low, high = 0.0, 0.0
-            result[index, 2 * axis] = (low - slack) * factor
-            result[index, 2 * axis + 1] = (high + slack) * factor
+            if axis > 0 and not everywhere and (result[index, 0] > 0.0 or result[index, 1] < 0.0):
+                continue
+            low, high = _extremes(hull, axis)
+            factor = n / width if axis > 0 else 1.0
+            lost = 2 * slack if axis > 0 else slack
+            result[index, 2 * axis] = (low - lost) * factor
+            result[index, 2 * axis + 1] = (high + lost) * factor
