@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from implicit.mesh import Mesh
     from implicit.parametrize import parametrize
     from implicit.polygonize import polygonize, polygonize_from
+    from implicit.rays import cast_rays
     from implicit.report import MeshReport
     from implicit.show import render, show
     from implicit.singular import SingularCurve, SingularLocus, SingularPoint, singularities
@@ -64,6 +65,7 @@ _HOMES = {
     "parametrize": "parametrize",
     "polygonize": "polygonize",
     "polygonize_from": "polygonize",
+    "cast_rays": "rays",
     "box": "solids.shapes",
     "capsule": "solids.shapes",
     "cone": "solids.shapes",

@@ -43,6 +43,19 @@ class PolynomialField:
     errors: Floats
 
     @cached_property
+    def degree(self) -> int:
+        """The total degree."""
+        return int(self.exponents.sum(axis=1).max(initial=0))
+
+    @cached_property
+    def noise(self) -> PolynomialField:
+        """How far computed values may be off, where coordinates are at most as large as those of the place."""
+        from implicit.bernstein import rounding
+
+        sizes = np.abs(self.coefficients) * rounding(self.exponents) + self.errors
+        return PolynomialField(self.exponents, sizes, np.zeros_like(sizes))
+
+    @cached_property
     def _rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats]:
         order = np.lexsort(self.exponents.T[::-1])
         sorted_exponents = self.exponents[order]

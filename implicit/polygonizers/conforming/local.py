@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from implicit.bernstein import rounding
 from implicit.evaluate import Field, PolynomialField
 from implicit.polygonizers.clip import Rim
 from implicit.polygonizers.conforming.grid import Grid
@@ -34,24 +33,16 @@ class Local:
     @cached_property
     def degree(self) -> int | None:
         """The degree of a polynomial, None of anything else."""
-        field = self.field
-        return int(field.exponents.sum(axis=1).max(initial=0)) if isinstance(field, PolynomialField) else None
+        return self.field.degree if isinstance(self.field, PolynomialField) else None
 
     def noise(self, *corners: FloatArray) -> FloatArray:
         """How far values (n,) of a polynomial between corners (n, 3), as points, may be off by rounding."""
         sizes = np.abs(corners[0])
         for places in corners[1:]:
             np.maximum(sizes, np.abs(places), out=sizes)
-        return self._sizes.values(sizes)
-
-    @cached_property
-    def _sizes(self) -> PolynomialField:
-        """The rounding of f at a place with coordinates of these sizes."""
-        field = self.field
-        if not isinstance(field, PolynomialField):
+        if not isinstance(self.field, PolynomialField):
             raise TypeError("only of a polynomial the rounding is known")
-        sizes = np.abs(field.coefficients) * rounding(field.exponents) + field.errors
-        return PolynomialField(field.exponents, sizes, np.zeros_like(sizes))
+        return self.field.noise.values(sizes)
 
     def values(self, units: FloatArray) -> FloatArray:
         """The values (...,)."""
