@@ -88,6 +88,17 @@ def test_a_box_cuts_on_its_faces() -> None:
     assert box.contains(mesh.vertices).all()
 
 
+@pytest.mark.parametrize("cells", [24, 33, 64])
+@pytest.mark.parametrize("formula", ["x^2 + y^2 = z^2", "x^2 + y^2 + z^3", "x^2 = y^3 + z^5"])
+def test_where_a_surface_touches_an_edge_of_a_box_vertices_stay_on_it(formula: str, cells: int) -> None:
+    surface = Surface(formula)
+    mesh = polygonize(surface, 1, resolution=cells)
+    values, slopes = surface.field.gradients(mesh.vertices)
+    regular = np.linalg.norm(slopes, axis=1) > 1e-6
+    assert (np.abs(values[regular]) <= 1e-8 * np.linalg.norm(slopes[regular], axis=1)).all()
+    assert mesh.report().degenerate_faces == 0 and not len(mesh.unresolved)
+
+
 def _locus(*points: tuple[float, float, float]) -> SingularLocus:
     return SingularLocus(tuple(SingularPoint(np.array(p)) for p in points), (), np.zeros((0, 2, 3)), True)
 

@@ -28,11 +28,15 @@ _CHORDS = 6
 _HIT = 1e-3
 """A place so near to the wall, as a share of a cell, is where to start for the curve."""
 _ON = 1e-9
-"""Fixed vertices within this share of a cell of the wall are on it."""
+"""Fixed vertices within this share of a cell of the wall are on it, and places so near to f = 0 are on that."""
 
 
 class Rim(Protocol):
     """The curve where f = 0 meets a wall."""
+
+    @property
+    def field(self) -> Field:
+        """The field of f."""
 
     @property
     def cell(self) -> float:
@@ -131,6 +135,10 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     movable[_behind(vertices, height, faces, movable)] = False
     old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
     vertices[movable], normals[movable] = rim.reach(vertices[movable])
+    # A surface that touches an edge of a box does not meet both faces there near vertices beside.
+    missed = np.flatnonzero(movable)
+    missed = missed[~_on_surface(rim, vertices[missed])]
+    movable[missed], vertices[missed], normals[missed] = False, old[missed], ups[missed]
     known = np.zeros(0, np.int64)
     fresh: tuple[FloatArray, ...] = (old[:0], ups[:0])
     while True:
@@ -151,6 +159,12 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
             return places, upright, kept
         movable[bad] = False
         vertices[bad], normals[bad] = old[bad], ups[bad]
+
+
+def _on_surface(rim: Rim, points: FloatArray) -> NDArray[np.bool_]:
+    """Whether points (n, 3) have been moved to f = 0."""
+    f, slope = rim.field.gradients(points)
+    return np.asarray(np.abs(f) <= _ON * rim.cell * np.linalg.norm(slope, axis=1))
 
 
 def _merged(

@@ -39,7 +39,7 @@ class PlaneRim:
             points = np.where(near, bound, points)
             free &= ~near
         start = points
-        for _ in range(12):
+        for _ in range(24):
             f, gradient = self.field.gradients(points)
             slope = np.where(free, gradient, 0.0)
             steep = (slope * slope).sum(axis=1)

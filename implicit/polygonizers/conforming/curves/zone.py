@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from implicit.evaluate import Field
 from implicit.kernels.elementary import OPTIONS
 from implicit.polygonizers.clip import unit
 from implicit.polygonizers.conforming.curves.stations import Stations
@@ -175,6 +176,11 @@ class ZoneRim:
 
     zones: Zones
     local: Local
+
+    @property
+    def field(self) -> Field:
+        """The field of f."""
+        return self.local.field
 
     @property
     def cell(self) -> float:
