@@ -13,6 +13,8 @@ from implicit.polygonizers.clip import clip
 from implicit.polygonizers.following import drop_pieces, follow, lattice_round, to_surface
 from implicit.polygonizers.lattice import Lattice
 from implicit.polygonizers.marching import march
+from implicit.polygonizers.poles import without_poles
+from implicit.polygonizers.recentre import far_centre, mesh_at
 from implicit.polygonizers.samples import Sampler, choose_sampler
 from implicit.polygonizers.smooth import is_smooth
 from implicit.polygonizers.weld import fill_normals, squeeze, weld
@@ -56,6 +58,8 @@ def polygonize(
     Promised: each vertex lies on a lattice edge with one end inside (f < 0) and one not, within 1e-12 of the size of
     the bounds of a root of f there; the mesh is closed and manifold but for its boundary, which lies on the bounds.
     Space is skipped only where f is proved to have one sign. A surface that misses the bounds gives an empty mesh.
+    Where f goes to infinity and changes its sign there is no surface, and no face. A polynomial far from the origin is
+    moved there, exactly, before it is meshed.
     Not promised: features smaller than a cell are seen by the lattice's signs alone; so are singular points, but by
     "conforming", which promises otherwise what `implicit.polygonizers.conforming.conforming` says.
 
@@ -72,6 +76,15 @@ def polygonize(
     """
     domain = to_bounds(bounds)
     _check(resolution, tolerance, method, seeds, certify)
+    centre = far_centre(surface, domain)
+    if centre is not None:
+        near = None if seeds is None else _points(seeds) - centre
+        return mesh_at(
+            centre, surface, domain,
+            lambda moved, bounds: polygonize(
+                moved, bounds, resolution=resolution, method=method, seeds=near, progress=progress, workers=workers
+            ),
+        )  # fmt: skip
     if method == "conforming":
         from implicit.polygonizers.conforming import conforming
 
@@ -140,15 +153,19 @@ def _mesh(
         from implicit.polygonizers.tetrahedra import march_tetrahedra
 
         marched = march_tetrahedra(sampler, job)
-    step = sampler.lattice.step
+    step, flat = sampler.lattice.step, marched.flat
     vertices, normals, faces = weld(marched.vertices, marched.normals, marched.faces, marched.pinned)
+    if not np.isfinite(normals.sum()):
+        wild = ~np.isfinite(normals).all(axis=1)
+        normals[wild], flat = 0.0, flat + int(wild.sum())
+    vertices, normals, faces = without_poles(vertices, normals, faces, surface.field, step)
     if seeds is not None:
         drop_pieces(vertices, faces, seeds, 2 * step)
         vertices, normals, faces = squeeze(vertices, normals, faces)
     if isinstance(domain, Ball):
         vertices, normals, faces = clip(vertices, normals, faces, domain, surface.field, step)
         vertices, normals, faces = squeeze(vertices, normals, faces)
-    if marched.flat or isinstance(domain, Ball):
+    if flat or isinstance(domain, Ball):
         fill_normals(vertices, normals, faces)
     return assemble(vertices, faces, normals)
 

@@ -28,7 +28,7 @@ _CHORDS = 6
 _HIT = 1e-3
 """A place so near to the wall, as a share of a cell, is where to start for the curve."""
 _ON = 1e-9
-"""Fixed vertices within this share of a cell of the wall are on it, and places so near to f = 0 are on that."""
+"""Vertices within this share of a cell of the wall are on it, and places so near to f = 0 are on that."""
 
 
 class Rim(Protocol):
@@ -131,7 +131,7 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     vertices, normals, faces = mesh
     movable = (np.abs(height) < _NEAR * rim.cell) & ~fixed
     movable &= _crossing(height, faces)
-    on = fixed & (np.abs(height) < _ON * rim.cell)
+    on = np.abs(height) < _ON * rim.cell
     movable[_behind(vertices, height, faces, movable)] = False
     old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
     vertices[movable], normals[movable] = rim.reach(vertices[movable])
@@ -143,7 +143,7 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     fresh: tuple[FloatArray, ...] = (old[:0], ups[:0])
     while True:
         side = np.where(movable | on, 0, np.where(height < 0, -1, 1)).astype(np.int8)
-        kept, cut = _cut(side, faces, height)
+        kept, cut = _cut(side, faces, height, _ON * rim.cell)
         keys = cut @ np.array([len(old), 1])
         more = ~np.isin(keys, known)
         (p, q), (low, high) = (part[cut[more].T] for part in (old, height))
@@ -225,10 +225,11 @@ def _behind(vertices: FloatArray, height: FloatArray, faces: IntArray, movable: 
     return np.append(behind, np.take_along_axis(flat, farthest[:, None], axis=1))
 
 
-def _cut(side: NDArray[np.int8], faces: IntArray, height: FloatArray) -> tuple[IntArray, IntArray]:
+def _cut(side: NDArray[np.int8], faces: IntArray, height: FloatArray, slack: float) -> tuple[IntArray, IntArray]:
     """The faces inside, and the sides (n, 2) from inside to outside that get vertex len(side) + row."""
     corner = side[faces]
-    whole = faces[(corner <= 0).all(axis=1) & ((corner < 0).any(axis=1) | (height[faces].sum(axis=1) < 0))]
+    inside = (corner < 0).any(axis=1) | (height[faces].sum(axis=1) < slack)  # or in the wall
+    whole = faces[(corner <= 0).all(axis=1) & inside]
     split = (corner < 0).any(axis=1) & (corner > 0).any(axis=1)
     # Turn each split face so that its first corner is inside and its last is not.
     part, sign = faces[split], corner[split]

@@ -26,7 +26,7 @@ Arrays = tuple[FloatArray, FloatArray, IntArray]
 def weld(vertices: FloatArray, normals: FloatArray, faces: IntArray, pinned: IntArray) -> Arrays:
     """Let one vertex of each group that meets at a lattice point stand for all; the arrays are used up.
 
-    Faces that lose their area by that are dropped, and so are vertices without faces.
+    Faces that lose their area by that are dropped, and so are vertices without faces, and pieces that are all points.
 
     pinned: the vertices that lie at a lattice point, exactly, ascending.
     """
@@ -38,16 +38,30 @@ def weld(vertices: FloatArray, normals: FloatArray, faces: IntArray, pinned: Int
     near = list_marked(faces, marked)
     part = faces[near]
     members, leader = _groups(vertices, part, meeting)
+    gone = False
     while len(members):
         merged = _renamed(part, members, leader)
-        bad = _spoiled(merged[~_is_flat(merged)], np.unique(leader), len(vertices))
+        solid = merged[~_is_flat(merged)]
+        bad = _spoiled(solid, np.unique(leader), len(vertices))
         if not len(bad):
             faces[near] = merged
             dead = _without_faces(faces, part, merged, members[members != leader], len(vertices))
-            return _compact(vertices, normals, faces, near, dead)
+            vertices, normals, faces = _compact(vertices, normals, faces, near, dead)
+            break
+        gone = gone or not np.isin(leader, solid).all()
         stay = ~np.isin(leader, bad)
         members, leader = members[stay], leader[stay]
-    return vertices, normals, faces
+    return _without_points(vertices, normals, faces) if gone else (vertices, normals, faces)
+
+
+def _without_points(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Arrays:
+    """The mesh without pieces of which no triangle has three different corners: there f = 0 at lattice points alone."""
+    a, b, c = (vertices[corner] for corner in faces.T)
+    flat = (a == b).all(axis=1) | (b == c).all(axis=1) | (c == a).all(axis=1)
+    sides = np.concatenate([faces[:, :2], faces[:, 1:]])
+    label = components(sides, len(vertices))
+    solid = _marks(label[faces[~flat, 0]], len(vertices))
+    return squeeze(vertices, normals, np.ascontiguousarray(faces[solid[label[faces[:, 0]]]]))
 
 
 def _renamed(faces: IntArray, old: IntArray, new: IntArray) -> IntArray:
