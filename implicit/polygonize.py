@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from implicit.polygonizers.clip import clip
 from implicit.polygonizers.following import drop_pieces, follow, lattice_round, to_surface
 from implicit.polygonizers.lattice import Lattice
 from implicit.polygonizers.marching import march
+from implicit.polygonizers.multiple import has_multiple_factors, mesh_once
 from implicit.polygonizers.poles import without_poles
 from implicit.polygonizers.recentre import far_centre, mesh_at
 from implicit.polygonizers.samples import Sampler, choose_sampler
@@ -59,7 +61,8 @@ def polygonize(
     the bounds of a root of f there; the mesh is closed and manifold but for its boundary, which lies on the bounds.
     Space is skipped only where f is proved to have one sign. A surface that misses the bounds gives an empty mesh.
     Where f goes to infinity and changes its sign there is no surface, and no face. A polynomial far from the origin is
-    moved there, exactly, before it is meshed.
+    moved there, exactly, before it is meshed. "auto" and "conforming" take factors of a polynomial that occur several
+    times once; the others see no factor that occurs an even number of times.
     Not promised: features smaller than a cell are seen by the lattice's signs alone; so are singular points, but by
     "conforming", which promises otherwise what `implicit.polygonizers.conforming.conforming` says.
 
@@ -76,20 +79,19 @@ def polygonize(
     """
     domain = to_bounds(bounds)
     _check(resolution, tolerance, method, seeds, certify)
+    again = partial(polygonize, resolution=resolution, method=method, progress=progress, workers=workers)
     centre = far_centre(surface, domain)
     if centre is not None:
         near = None if seeds is None else _points(seeds) - centre
-        return mesh_at(
-            centre, surface, domain,
-            lambda moved, bounds: polygonize(
-                moved, bounds, resolution=resolution, method=method, seeds=near, progress=progress, workers=workers
-            ),
-        )  # fmt: skip
+        return mesh_at(centre, surface, domain, partial(again, seeds=near))
+    singular = method == "conforming" or (method == "auto" and seeds is None and not is_smooth(surface.field, domain))
+    if singular and has_multiple_factors(surface):
+        return mesh_once(surface, partial(again, bounds=domain))
     if method == "conforming":
         from implicit.polygonizers.conforming import conforming
 
         return conforming(surface, domain, int(resolution), progress=progress, workers=workers)
-    if method == "auto" and seeds is None and not is_smooth(surface.field, domain):
+    if singular:
         from implicit.polygonizers.conforming import conforming_if_singular
 
         mesh = conforming_if_singular(surface, domain, int(resolution), progress, workers)

@@ -92,3 +92,24 @@ marching = partial(polygonize, method="marching")
 def test_points_of_the_lattice_where_f_only_touches_0_make_no_face(cells):
     assert not len(marching(Surface("x^2 + y^2 + z^2"), 1, resolution=2 * cells).faces)
     assert not len(marching(Surface("0 - x^2 - y^2 - z^2"), 1, resolution=2 * cells).faces)
+
+
+@pytest.mark.parametrize("power", [2, 3, 4])
+@pytest.mark.parametrize("sign", ["", "0 - "])
+def test_multiplicities_do_not_hide_a_surface(power, sign):
+    once = polygonize(Surface("x^2 + y^2 + z^2 = 1"), 1.5, resolution=24)
+    several = polygonize(Surface(f"{sign}(x^2 + y^2 + z^2 - 1)^{power}"), 1.5, resolution=24)
+    assert np.array_equal(several.vertices, once.vertices) and several.euler == 2
+    assert several.volume == pytest.approx(-once.volume if sign and power == 3 else once.volume)
+
+
+@pytest.mark.parametrize("formula", ["x^2 (x^2 + y^2 + z^2 - 1)", "0 - x^2 (x^2 + y^2 + z^2 - 1)^3"])
+def test_faces_beside_an_even_factor_look_to_where_f_grows(formula):
+    surface = Surface(formula)
+    mesh = polygonize(surface, 1.5, resolution=24)
+    assert mesh.area == pytest.approx(4 * np.pi + 9, rel=0.01) and mesh.euler == 3 and not len(mesh.unresolved)
+    corners = mesh.vertices[mesh.faces]
+    middles, across = corners.mean(axis=1), np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    sphere = np.abs(middles[:, 0]) > 0.1
+    assert (surface(middles + 0.05 * across) > surface(middles - 0.05 * across))[sphere].all()
