@@ -7,6 +7,7 @@ Z dP/dY = R(X, Y), w dP/dY = S(X, Y) (Kronecker's form). The polynomials are int
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 
 from flint import Ordering, fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx, fmpq_poly
 
@@ -23,6 +24,8 @@ _TURNS = (
     ((1, -3, 2), (2, -5, 1), (1, -2, 0)),
     ((1, 1, 4), (-2, -1, -5), (3, 1, 7)),
     ((2, 5, 3), (1, 3, -2), (-1, -3, 3)),
+    ((1, 4, -7), (3, 13, -16), (-5, -18, 46)),
+    ((1, 5, -3), (-4, -19, 6), (7, 38, -38)),
 )
 
 
@@ -50,6 +53,14 @@ class Projection:
         """The same for each irreducible factor of P over Q."""
         return [self._restricted(p) for p, _ in self.plane.factor()[1]]
 
+    @cached_property
+    def is_general(self) -> bool:
+        """Whether the parts are known: no line among them is one with Y constant, along which nothing would change."""
+        try:
+            return bool(self.parts) or not self.plane.total_degree()
+        except ArithmeticError:
+            return False
+
     def _restricted(self, p: fmpq_mpoly) -> "Projection":
         """R' with Z dp/dY = R' on the part p: as P = p q, there R = Z dp/dY q, so R' q = R modulo p."""
         q = divmod(self.plane, p)[0]
@@ -66,10 +77,16 @@ class Projection:
 
 def project(form: Form, deadline: Deadline) -> Projection | None:
     """The complex curves of singular points; P = 1 where there are none, None where that was not found out."""
-    for turn in _TURNS:
-        slices = _slices(turned(singular_equations(form), turn), deadline)
+    equations = [turned(singular_equations(form), turn) for turn in _TURNS]
+    degrees = [_points_of(part, deadline) for part in equations]
+    for turn, part, degree in zip(_TURNS, equations, degrees, strict=True):
+        if degree < max(degrees):
+            continue
+        slices = _slices(part, deadline)
         if slices is not None:
-            return _interpolate(slices, turn)
+            found = _interpolate(slices, turn)
+            if found is None or found.is_general:
+                return found
         if deadline.passed:
             return None
     return None
@@ -98,6 +115,12 @@ def _combination(columns: list[fmpq_mpoly], target: fmpq_mpoly) -> list[fmpq]:
 
 
 Slice = tuple[fmpq_poly, fmpq_poly, fmpq_poly]
+
+
+def _points_of(equations: list[fmpq_mpoly], deadline: Deadline) -> int:
+    """How many points a slice has, -1 if unknown; a line with X constant meets no slice, but in other directions."""
+    slices = (_slice(equations, c) for c in islice(_places(), _POOR) if not deadline.passed)
+    return next((int(slice_[0].degree()) for slice_ in slices if slice_), -1)
 
 
 def _slices(equations: list[fmpq_mpoly], deadline: Deadline) -> list[tuple[fmpq, Slice]] | None:

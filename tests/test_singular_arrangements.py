@@ -1,0 +1,80 @@
+"""Planes are singular along the lines where they meet: all of them are found, whatever their directions."""
+
+from fractions import Fraction
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from implicit import Surface, polygonize, singularities
+
+Plane = tuple[Fraction, Fraction, Fraction, Fraction]
+Line = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+NORMALS = st.tuples(*[st.integers(-3, 3)] * 3).filter(any)
+HALF = 2.017
+
+
+def plane(normal: tuple[int, ...], offset: int) -> Plane:
+    """a x + b y + c z = d with the first coefficient that is not 0 made 1, so that equal planes are equal."""
+    lead = next(n for n in normal if n)
+    a, b, c, d = (Fraction(n, lead) for n in (*normal, offset))
+    return a, b, c, d
+
+
+def meeting(p: Plane, q: Plane) -> Line | None:
+    """A point and the direction of the line where two planes meet, if it passes through the box of half side HALF."""
+    rows = np.array([p, q], dtype=float)
+    way = np.cross(rows[0, :3], rows[1, :3])
+    if not way.any():
+        return None
+    way /= np.linalg.norm(way)
+    point = np.linalg.solve([*rows[:, :3], way], [*rows[:, 3], 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort([(-HALF - point) / way, (HALF - point) / way], axis=0)
+    still = way == 0
+    inside = (np.abs(point[still]) < HALF).all() and ends[0, ~still].max() < ends[1, ~still].min() - 1e-6
+    return (point, way) if inside else None
+
+
+def lies_on(line: Line, polyline: NDArray[np.float64]) -> bool:
+    """Whether all vertices are on the line."""
+    return bool(np.linalg.norm(np.cross(polyline - line[0], line[1]), axis=1).max() < 1e-6)
+
+
+def assert_all_found(planes: list[Plane]) -> None:
+    """The curves of the product of the planes are the lines where two of them meet, no more and no less."""
+    formula = "*".join(f"({a}*x + {b}*y + {c}*z - {d})" for a, b, c, d in planes)
+    locus = singularities(Surface(formula), HALF)
+    lines = [line for line in (meeting(p, q) for p, q in combinations(planes, 2)) if line is not None]
+    assert locus.complete and not locus.points
+    curves = [curve.polyline for curve in locus.curves]
+    assert all(any(lies_on(line, curve) for curve in curves) for line in lines), formula
+    assert all(any(lies_on(line, curve) for line in lines) for curve in curves), formula
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.tuples(NORMALS, st.integers(-1, 1)), min_size=2, max_size=4))
+def test_random_planes(several: list[tuple[tuple[int, ...], int]]) -> None:
+    assert_all_found(sorted({plane(normal, offset) for normal, offset in several}))
+
+
+@pytest.mark.parametrize(
+    "normals",
+    [
+        [(1, -1, 0), (1, 1, 0), (1, 0, -1), (0, 1, -1)],
+        [(1, -1, 0), (1, 1, 0), (1, 0, -2), (0, 1, -3)],
+        [(1, -1, 0), (1, 1, 0), (1, 0, -1), (1, 0, 1), (0, 1, -1), (0, 1, 1)],
+    ],
+)
+def test_mirrors_of_a_tetrahedron_and_others_through_one_point(normals: list[tuple[int, ...]]) -> None:
+    assert_all_found([plane(normal, 0) for normal in normals])
+
+
+def test_the_mesh_of_four_planes_through_one_point_has_all_of_them() -> None:
+    mesh = polygonize(Surface("(x - y)(x + y)(x - 2z)(y - 3z)"), 1.03, resolution=24)
+    sides = 2.06**2 * np.array([np.sqrt(2), np.sqrt(2), np.sqrt(1.25), np.sqrt(1 + 1 / 9)])
+    assert mesh.area == pytest.approx(sides.sum(), rel=1e-6) and len(mesh.points) == 1
