@@ -276,6 +276,10 @@ def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
 def test_what_cannot_be_drawn_is_named(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="got dict; tessellate"):
         render({}, tmp_path / "a.png")
+    with pytest.raises(TypeError, match=r'got str; a formula becomes a surface by Surface\("'):
+        render("x^2 + y^2 = 1", tmp_path / "a.png")
+    with pytest.raises(TypeError, match="got int"):
+        show(3)
 
 
 def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,21 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from implicit import FormulaError, SingularPointError, Surface, x, y, z
+from implicit import (
+    FormulaError,
+    Mesh,
+    SingularPointError,
+    Surface,
+    blend,
+    offset,
+    parametrize,
+    polygonize,
+    polygonize_from,
+    singularities,
+    x,
+    y,
+    z,
+)
 
 FORMULAS = [
     "x^2 + y^2 + z^2 = 1",
@@ -164,6 +178,26 @@ def test_accepts_sympy_in_any_symbols():
 def test_what_is_no_surface_is_refused(given, parameters, message):
     with pytest.raises(ValueError, match=message):
         Surface(given, **parameters)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda thing: polygonize(thing, 1),
+        lambda thing: polygonize_from(thing, (0, 0, 0), 0.1),
+        lambda thing: singularities(thing, 1),
+        lambda thing: offset(thing, 0.1),
+        lambda thing: blend(thing, Surface("x"), 0.1),
+        lambda thing: blend(Surface("x"), thing, 0.1, "difference"),
+        parametrize,
+    ],
+)
+def test_verbs_of_surfaces_name_what_came_instead(ask):
+    with pytest.raises(TypeError, match=r'a.* Surface was wanted, got str; a formula becomes one by Surface\("'):
+        ask("x^2 + y^2 + z^2 = 1")
+    for thing in (Mesh([], []), 3, None):
+        with pytest.raises(TypeError, match=f"a.* Surface was wanted, got {type(thing).__name__}$"):
+            ask(thing)
 
 
 def test_values_compare_hash_pickle_and_print():
