@@ -18,7 +18,7 @@ from typing import NoReturn
 import sympy
 
 from implicit.errors import FormulaError
-from implicit.language.trees import build, is_branching
+from implicit.language.trees import build, difference, is_branching
 from implicit.language.vocabulary import CONSTANTS, FUNCTIONS, VARIABLES, Token, likely, tokens
 
 _DEEPEST = 120  # brackets within brackets
@@ -76,8 +76,7 @@ class _Reader:
         result = self.sum()
         if self.next.kind == "=":
             self.take()
-            right = self.sum()
-            result = _add([result, _negative(right)])
+            result = difference(result, self.sum())
         if self.next.kind != "end":
             self.fail_after(self.next)
         return result

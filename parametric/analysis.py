@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from implicit.errors import SingularPointError
+from implicit.errors import SingularPointError, wrong_kind
 from parametric.curve import ParametricCurve
-from parametric.parameters import Array
+from parametric.parameters import Array, check_orders
+from parametric.shell import Shell
 from parametric.surface import ParametricSurface
 
 if TYPE_CHECKING:
@@ -167,6 +168,7 @@ class CurveOnSurface(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3), by the chain rule; a ValueError beyond the second."""
+        check_orders(order)
         t = self.parameters(t)
         u, v = np.moveaxis(self.path(t)[..., :2], -1, 0)
         if order == 0:
@@ -182,11 +184,11 @@ class CurveOnSurface(ParametricCurve):
         raise ValueError(f"a curve on a surface has derivatives up to the second here, not the {order}th")
 
 
-def area(surface: ParametricSurface, *, tolerance: float = 1e-9) -> float:
-    """Area of the surface, the integral of |p_u x p_v|, to the relative tolerance.
+def area(surface: ParametricSurface | Shell, *, tolerance: float = 1e-9) -> float:
+    """Area of the surface, the integral of |p_u x p_v|, to the relative tolerance; of a shell, of all its surfaces.
 
     Gauss-Legendre quadrature on the smooth pieces, with cells quartered until the sum settles; a ValueError if ten
-    quarterings do not settle it.
+    quarterings do not settle it, a TypeError for what is no parametric surface or Shell.
 
     Examples
     --------
@@ -194,6 +196,10 @@ def area(surface: ParametricSurface, *, tolerance: float = 1e-9) -> float:
     >>> round(area(BezierSurface([[(0, 0, 0), (0, 2, 0)], [(3, 0, 0), (3, 2, 0)]])), 12)
     6.0
     """
+    if isinstance(surface, Shell):
+        return sum(area(part, tolerance=tolerance) for part in surface.surfaces)
+    if not isinstance(surface, ParametricSurface):
+        raise wrong_kind("a parametric surface or Shell", surface)
     nodes, weights = np.polynomial.legendre.leggauss(10)
     cells = [np.array(axis) for axis in surface.breaks]
     previous = np.inf

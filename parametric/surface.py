@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from parametric.parameters import Array, Interval, Value, to_parameters
+from parametric.parameters import Array, Interval, Value, check_orders, to_parameters
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature, Surface
@@ -57,6 +57,7 @@ class ParametricSurface(Value, ABC):
 
     def jet(self, u: ArrayLike, v: ArrayLike, order: int = 1) -> Jet:
         """All derivatives (i, j) with i + j <= order, each (..., 3)."""
+        check_orders(order)
         return {(i, k - i): self.derivative(u, v, i, k - i) for k in range(order + 1) for i in range(k + 1)}
 
     def parameters(self, u: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:

@@ -148,6 +148,23 @@ def test_accepts_sympy_in_any_symbols():
     a, b = sympy.symbols("x y")
     assert Surface(sympy.Eq(a**2, b)) == Surface("x^2 = y") == Surface(x**2 - y)
     assert Surface(sympy.Poly(a**2 - b)) == Surface("x^2 = y")
+
+
+@pytest.mark.parametrize("symbols", [(x, y), sympy.symbols("x y")])
+def test_an_equation_of_sympy_is_the_same_as_its_text(symbols):
+    a, b = symbols
+    pairs = [
+        ((a, 1), "x = 1"),
+        ((a, 0), "x = 0"),
+        ((a**2, a + b), "x^2 = x + y"),
+        ((0.3 * a, 0.1 * a + b), "0.3x = 0.1x + y"),
+        ((sympy.Max(a, b), 1), "max(x, y) = 1"),
+        ((a, sympy.Max(a, b)), "x = max(x, y)"),
+        ((sympy.Max(a, b), 0), "max(x, y)"),
+    ]
+    for (left, right), text in pairs:
+        surface = Surface(sympy.Eq(left, right))
+        assert surface == Surface(text) == Surface(repr(surface)[9:-2])
     assert Surface(a**2 - 0.1 * sympy.Symbol("c"), c=2) == Surface("x^2 - 0.2")
     assert Surface(sympy.Max(a, b)).degree is None
 
