@@ -11,7 +11,7 @@ from implicit.errors import SingularPointError, wrong_kind
 from parametric.curve import ParametricCurve
 from parametric.parameters import Array, check_orders
 from parametric.shell import Shell
-from parametric.surface import ParametricSurface
+from parametric.surface import ParametricSurface, check_surface
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature
@@ -43,6 +43,7 @@ def fundamental_forms(surface: ParametricSurface, u: ArrayLike, v: ArrayLike) ->
     >>> float(forms.E), float(forms.M)
     (1.0, 1.0)
     """
+    check_surface(surface)
     jet = surface.jet(u, v, 2)
     n = surface.normal(u, v)
     a, b = jet[1, 0], jet[0, 1]
@@ -92,6 +93,7 @@ def is_singular(
     surface: ParametricSurface, u: ArrayLike, v: ArrayLike, *, tolerance: float = 1e-9
 ) -> NDArray[np.bool_]:
     """Whether the parametrization is singular: p_u x p_v vanishes against the largest |p_u| |p_v|; (...,)."""
+    check_surface(surface)
     vectors = surface.true_normal(u, v)
     return np.sqrt(_dot(vectors, vectors)) <= tolerance * surface.scale[0] * surface.scale[1]
 
@@ -147,6 +149,9 @@ def curve_on(surface: ParametricSurface, path: ParametricCurve) -> "CurveOnSurfa
     >>> round(curve_on(FormulaSurface((u, v, u), ((0, 1), (0, 1))), line((0, 0), (1, 0))).length(), 12)
     1.414213562373
     """
+    check_surface(surface)
+    if not isinstance(path, ParametricCurve):
+        raise wrong_kind("a curve (u, v) in the domain", path)
     return CurveOnSurface(surface, path)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from implicit.errors import wrong_kind
 from parametric.parameters import Array, Interval, Value, check_orders, to_parameters
 
 if TYPE_CHECKING:
@@ -171,3 +172,9 @@ class ParametricSurface(Value, ABC):
     def certified_floor(self) -> float:
         """The distance within which answers without a tolerance may be "on"; see `implicit.certified_floor`."""
         return self._shell.certified_floor
+
+
+def check_surface(given: object) -> None:
+    """Raise a TypeError unless it is a ParametricSurface."""
+    if not isinstance(given, ParametricSurface):
+        raise wrong_kind("a parametric surface", given)

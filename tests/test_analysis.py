@@ -20,6 +20,7 @@ from parametric import (
     area,
     circle,
     fundamental_forms,
+    iso_curves,
     line,
     parabola,
     revolve,
@@ -115,6 +116,26 @@ def test_the_area_of_a_shell_is_that_of_its_surfaces():
     corners = mesh.vertices[mesh.faces]
     facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     assert area(teapot(), tolerance=1e-4) == pytest.approx(facets, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda thing: fundamental_forms(thing, 0, 0),
+        lambda thing: is_singular(thing, 0, 0),
+        lambda thing: curve_on(thing, line((0, 0), (1, 1))),
+        lambda thing: iso_curves(thing, u=[0.5], tolerance=0.1),
+    ],
+)
+def test_only_parametric_surfaces_are_measured(ask):
+    for thing in (Surface("x"), teapot(), 3):
+        with pytest.raises(TypeError, match=f"a parametric surface was wanted, got {type(thing).__name__}"):
+            ask(thing)
+
+
+def test_a_curve_on_a_surface_has_a_path():
+    with pytest.raises(TypeError, match=r"a curve \(u, v\) in the domain was wanted, got tuple"):
+        curve_on(SADDLE, (0, 0))
 
 
 def test_the_area_of_something_else_is_an_error():
