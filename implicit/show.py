@@ -24,7 +24,7 @@ from implicit.pictures.scene import SUPERSAMPLING, Eye, Image, Piece, average, c
 
 Renderer: TypeAlias = Literal["auto", "vtk", "matplotlib"]
 
-_LARGEST = 16384  # pixels along a side
+_LARGEST = 16384 // SUPERSAMPLING  # pixels along a side; beyond OpenGL's widest buffers VTK draws noise, silently
 _WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 _PROBE = """
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
@@ -97,7 +97,7 @@ def render(
     Each side of a surface has its colour, the light is smooth by the mesh's normals, rims are thin and dark, singular
     curves and points and boxes that could not be decided are red, and the eye stands where everything just fits.
 
-    size      pixels across and down, from 1 to 16384
+    size      pixels across and down, from 1 to 8192
     renderer  "vtk"; "matplotlib", plainer, needs no graphics library; "auto", the first that works, with a warning
               when that is not vtk
     bounds    where to look at implicit surfaces that are no mesh yet
