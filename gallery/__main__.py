@@ -6,8 +6,10 @@ something.
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from gallery import commands
@@ -21,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or (words[0] not in COMMANDS and words[0] not in ("-h", "--help", "--version")):
         words.insert(0, "render")
-    options = _parser().parse_args(words)
+    options = _parser().parse_args(_keep_minus(words) if words[0] in ("show", "mesh") else words)
     try:
         status = options.run(options)
     except (ValueError, OSError, MemoryError) as error:
@@ -34,6 +36,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("gallery: stopped", file=sys.stderr)
         return 130
     return int(status or 0)
+
+
+def _keep_minus(words: list[str]) -> list[str]:
+    """The words, a formula that begins with a minus behind a space: argparse would take it for an option.
+
+    -o, -h and -p a=2 stay options, and what follows an option that waits for its value is that value.
+    """
+    kept = words[:1]
+    for before, word in pairwise(words):
+        waits = re.fullmatch(r"-[op]|--[a-z]+", before) and not "--separate".startswith(before)
+        formula = not waits and re.match(r"-(?!-|o|h|p\w*\s*=).*[xyz]", word, re.DOTALL)
+        kept.append(f" {word}" if formula else word)
+    return kept
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -74,7 +89,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_surface(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("surface", metavar="NAME|FORMULA", help="a name of the list, or a formula such as 'x^2+y^2=z'")
+    what = "a name of the list, or a formula such as 'x^2+y^2=z' (after -- if it begins like an option)"
+    parser.add_argument("surface", type=str.strip, metavar="NAME|FORMULA", help=what)
     parser.add_argument("--bounds", type=_bounds, help="R: |x|, |y|, |z| <= R; ball:R; box:x0,y0,z0,x1,y1,z1 (2)")
     parser.add_argument("--resolution", type=_count, help="cells along the longest side (96)")
     parser.add_argument("-p", "--parameter", action="append", default=[], metavar="a=2", help="value of a name")

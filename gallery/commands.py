@@ -7,7 +7,7 @@ from argparse import Namespace
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
-from gallery.catalog import catalog, find, known
+from gallery.catalog import Entry, catalog, find, known
 
 if TYPE_CHECKING:
     from implicit.domain import Bounds
@@ -114,11 +114,22 @@ def make(options: Namespace) -> "tuple[list[object], Look]":
         from implicit.pictures.look import Look
 
         return [formula_mesh(text, options.parameter, options.bounds, options.resolution or 96)], Look()
-    entry = find(text)
+    entry = with_parameters(find(text), options.parameter)
     if entry.kind == "parametric":
         return parametric_card(entry, "normal")[1], entry.look
     entry = replace(entry, bounds=options.bounds or entry.bounds)
     return implicit_card(entry, "normal", options.resolution)[1], entry.look
+
+
+def with_parameters(entry: Entry, parameters: list[str]) -> Entry:
+    """The entry with other values of its parameters. Raises ValueError for a name that it does not have."""
+    texts = [item.partition("=")[2] for item in parameters]
+    given = {parameter_value(item)[0]: text for item, text in zip(parameters, texts, strict=True)}
+    unknown = sorted(set(given) - set(entry.parameters))
+    if unknown:
+        there = f"its parameters are {', '.join(entry.parameters)}" if entry.parameters else "it has none"
+        raise ValueError(f"{entry.name} has no parameter {', '.join(unknown)}; {there}")
+    return replace(entry, parameters={**entry.parameters, **given})
 
 
 def formula_mesh(text: str, parameters: list[str], bounds: "Bounds | None", resolution: int) -> "Mesh":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from implicit.errors import OpenSurfaceError, UndecidedError
+from implicit.errors import OpenSurfaceError, UndecidedError, wrong_kind
 
 if TYPE_CHECKING:
     from implicit.mesh import Mesh
@@ -22,6 +22,7 @@ Rule: TypeAlias = Literal["nonzero", "positive", "evenodd"]
 
 INSIDE, ON, OUTSIDE = -1, 0, 1
 _RULES = ("nonzero", "positive", "evenodd")
+_SOLIDS = "a Surface, Mesh, Shell or parametric surface"
 
 
 def classify(solid: Any, points: ArrayLike, *, tolerance: float | None = None, rule: Rule = "nonzero") -> Codes:
@@ -77,7 +78,7 @@ def classify(solid: Any, points: ArrayLike, *, tolerance: float | None = None, r
     elif hasattr(solid, "classify_points"):
         codes = np.asarray(solid.classify_points(flat, tolerance=tolerance, rule=rule), dtype=np.int8)
     else:
-        raise TypeError(f"a Surface, Mesh, Shell or parametric surface was wanted, got {type(solid).__name__}")
+        raise wrong_kind(_SOLIDS, solid)
     return codes.reshape(shape)[()]
 
 
@@ -107,7 +108,7 @@ def certified_floor(solid: Any) -> float:
         return winding_of(solid).floor
     if hasattr(solid, "certified_floor"):
         return float(solid.certified_floor)
-    raise TypeError(f"a Surface, Mesh, Shell or parametric surface was wanted, got {type(solid).__name__}")
+    raise wrong_kind(_SOLIDS, solid)
 
 
 def winding_number(solid: Any, points: ArrayLike) -> Floats:
@@ -142,7 +143,7 @@ def winding_number(solid: Any, points: ArrayLike) -> Floats:
     elif hasattr(solid, "winding_numbers"):
         numbers_ = np.asarray(solid.winding_numbers(flat), dtype=np.float64)
     else:
-        raise TypeError(f"a Surface, Mesh, Shell or parametric surface was wanted, got {type(solid).__name__}")
+        raise wrong_kind(_SOLIDS, solid)
     return numbers_.reshape(shape)[()]
 
 

@@ -1,4 +1,4 @@
-"""Errors that say what was wanted and what came. All are ValueErrors."""
+"""Errors that say what was wanted and what came. All are ValueErrors, but for things of a wrong kind: TypeErrors."""
 
 
 class FormulaError(ValueError):
@@ -50,3 +50,9 @@ class TranscendentalError(ValueError):
 
 class TimeLimitError(ValueError, TimeoutError):
     """The time that was allowed is over, or cannot be enough."""
+
+
+def wrong_kind(wanted: str, given: object) -> TypeError:
+    """The error where `wanted` was wanted and something of another kind came; a text is probably meant as a formula."""
+    hint = '; a formula becomes one by Surface("...")' if isinstance(given, str) and "Surface" in wanted else ""
+    return TypeError(f"{wanted} was wanted, got {type(given).__name__}{hint}")

@@ -16,6 +16,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from implicit.errors import wrong_kind
 from implicit.mesh import Mesh
 
 Array = NDArray[np.generic]
@@ -39,7 +40,7 @@ def save(mesh: Mesh, path: str | os.PathLike[str]) -> Path:
     are left out together with what they joined, so the file of a closed mesh is closed. 3MF and STL lengths are
     read as millimetres. An existing file is replaced; on an error it stays as it was.
 
-    Raises ValueError for an unknown suffix and ImportError for 3MF without lib3mf.
+    Raises ValueError for an unknown suffix, TypeError for what is no Mesh and ImportError for 3MF without lib3mf.
 
     >>> import tempfile
     >>> from implicit.mesh import Mesh
@@ -48,6 +49,8 @@ def save(mesh: Mesh, path: str | os.PathLike[str]) -> Path:
     ...     save(tetrahedron, Path(folder) / "tetrahedron.stl").stat().st_size
     284
     """
+    if not isinstance(mesh, Mesh):
+        raise wrong_kind("a Mesh", mesh)
     path = Path(path)
     check_suffix(path)
     write = _WRITERS[path.suffix.lower()]

@@ -4,22 +4,24 @@
     sum       = product { ("+" | "-") product }
     product   = signed { ("*" | "/") signed | power }    2x y is 2*x*y; 1/2x is (1/2)*x, read from the left
     signed    = ("+" | "-") signed | power
-    power     = atom [ ("^" | "**") signed ]        x^y^z is x^(y^z), -x^2 is -(x^2)
+    power     = atom [ ("^" | "**") signed | raised ]    x^y^z is x^(y^z), -x^2 is -(x^2), x² is x^2
     atom      = number | name | function "(" sum { "," sum } ")" | "(" sum ")"
 
-Numbers are exact: 0.1 is 1/10. Letters x, y, z written together are a product: xyz is x*y*z. Nothing is ever evaluated
-as Python.
+Numbers are exact: 0.1 is 1/10. Letters x, y, z written together are a product: xyz is x*y*z. `raised` means digits that
+are raised, perhaps behind a raised minus, as in x¹² or x⁻¹; · and ⋅ are *, and π is pi. Nothing is ever evaluated as
+Python.
 """
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NoReturn
 
 import sympy
 
 from implicit.errors import FormulaError
-from implicit.language.trees import build, is_branching
-from implicit.language.vocabulary import CONSTANTS, FUNCTIONS, VARIABLES, Token, likely, tokens
+from implicit.language.trees import build, difference, is_branching
+from implicit.language.vocabulary import CONSTANTS, FUNCTIONS, RAISED, VARIABLES, Token, likely, tokens
 
 _DEEPEST = 120  # brackets within brackets
 _LARGEST = 10_000  # digits of a number
@@ -76,8 +78,7 @@ class _Reader:
         result = self.sum()
         if self.next.kind == "=":
             self.take()
-            right = self.sum()
-            result = _add([result, _negative(right)])
+            result = difference(result, self.sum())
         if self.next.kind != "end":
             self.fail_after(self.next)
         return result
@@ -107,7 +108,7 @@ class _Reader:
                 self.take()
                 factor = self.signed()
             elif token.kind in ("number", "name", "("):
-                if token.kind == "number" and self.tokens[self.place - 1].kind in ("number", "name"):
+                if token.kind == "number" and self.tokens[self.place - 1].kind in ("number", "name", "raised"):
                     self.fail_number_after(self.tokens[self.place - 1], token)
                 factor = self.power()
             else:
@@ -121,6 +122,8 @@ class _Reader:
     def fail_number_after(self, before: Token, token: Token) -> NoReturn:
         if before.kind == "number":
             self.fail("two numbers side by side", token, f"write {before.text}*{token.text} for a product")
+        if before.kind == "raised":
+            self.fail("a number behind a power", token, "write * for a product")
         hint = f"write {before.text}^{token.text} for a power or {token.text}*{before.text} for a product"
         self.fail(f"a number behind {before.text}", token, hint)
 
@@ -142,15 +145,22 @@ class _Reader:
     def power(self) -> sympy.Expr:
         start = self.next
         base = self.atom()
-        if self.next.kind != "^":
+        if self.next.kind not in ("^", "raised"):
             return base
         token = self.take()
-        exponent = self.nested(self.signed, token)
+        exponent = self.nested(self.signed, token) if token.kind == "^" else self.raised(token)
         if base.is_number and exponent.is_number:
             digits = abs(float(exponent)) * max(1.0, abs(float(sympy.log(sympy.Abs(base) + 2))))
             if digits > _LARGEST:
                 self.fail("a number that is too large", token)
         return self.real(_power(base, exponent), start)
+
+    def raised(self, token: Token) -> sympy.Expr:
+        if self.next.kind in ("^", "raised"):
+            self.fail("a power of a power", self.next, "use brackets, as in (x²)^3")
+        text = token.text.translate(RAISED)
+        digits = self.number(replace(token, text=text.lstrip("-")))
+        return -digits if text.startswith("-") else digits
 
     def real(self, value: sympy.Expr, token: Token) -> sympy.Expr:
         if value.is_number and not value.is_real:
@@ -203,7 +213,7 @@ class _Reader:
         return self.fail(f"unknown name {token.text!r}", token, likely(token.text, self.names))
 
     def call(self, token: Token) -> sympy.Expr:
-        if self.next.kind == "^":
+        if self.next.kind in ("^", "raised"):
             self.fail(f"{token.text} needs its argument first", self.next, f"write {token.text}(...)^2")
         if self.next.kind != "(":
             behind = self.next.text or "..."

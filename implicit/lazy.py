@@ -40,3 +40,4 @@ def make_lazy(package: str, homes: Mapping[str, str]) -> None:
     module = sys.modules[package]
     module.__class__ = LazyPackage
     module.__dict__["homes"] = dict(homes)
+    module.__dict__["__all__"] = sorted(homes)

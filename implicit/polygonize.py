@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,10 +20,8 @@ from implicit.polygonizers.recentre import far_centre, mesh_at
 from implicit.polygonizers.samples import Sampler, choose_sampler
 from implicit.polygonizers.smooth import is_smooth
 from implicit.polygonizers.weld import fill_normals, squeeze, weld
+from implicit.surface import Surface, check_surface
 from implicit.work import Job, Progress, check_workers
-
-if TYPE_CHECKING:
-    from implicit.surface import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -77,6 +75,7 @@ def polygonize(
     534 vertices, 1596 edges, 1064 faces: closed, manifold, oriented
     1 component, Euler characteristic 2, genus 0
     """
+    check_surface(surface)
     domain = to_bounds(bounds)
     _check(resolution, tolerance, method, seeds, certify)
     again = partial(polygonize, resolution=resolution, method=method, progress=progress, workers=workers)
@@ -129,6 +128,7 @@ def polygonize_from(
     >>> polygonize_from(torus, (2.4, 0, 0), 0.1).report().genus
     1
     """
+    check_surface(surface)
     if not (np.isfinite(cell) and cell > 0):
         raise ValueError(f"cell must be a positive length, got {cell!r}")
     if decomposition not in DECOMPOSITIONS:

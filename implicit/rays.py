@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from implicit.errors import UndecidedError
 from implicit.lines import CROSSING, HERE, NOTHING, UNKNOWN, Ints, Lines, Rays, lines_of
+from implicit.surface import Surface, check_surface
 
 if TYPE_CHECKING:
     from implicit.evaluate import Field
-    from implicit.surface import Surface
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -69,10 +69,7 @@ def cast_rays(
     >>> cast_rays(Surface("x^2 + y^2 + z^2 = 1"), (-3, 0, 0), [(1, 0, 0), (2, 0, 0), (0, 1, 0)])
     array([ 2.,  2., nan])
     """
-    from implicit.surface import Surface
-
-    if not isinstance(surface, Surface):
-        raise TypeError(f"cast_rays takes a Surface, got {type(surface).__name__}")
+    check_surface(surface)
     start, way, shape = _read(origins, directions)
     far = _check_limit(limit)
     _check_field(surface.field, start, way)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import pyvista
@@ -24,6 +24,7 @@ from implicit.pictures.scene import SUPERSAMPLING, Eye, Image, Piece, average, c
 
 Renderer: TypeAlias = Literal["auto", "vtk", "matplotlib"]
 
+_LARGEST = 16384 // SUPERSAMPLING  # pixels along a side; beyond OpenGL's widest buffers VTK draws noise, silently
 _WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 _PROBE = """
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
@@ -66,6 +67,7 @@ def show(
 
     bounds: where to look at implicit surfaces. Raises RuntimeError without a display; `render` draws a file there.
     """
+    size = _check_size(size)
     pieces = compose(gather(things, bounds), look)
     eye = frame(corners(pieces), look, size[0] / size[1])
     if _in_notebook():
@@ -95,15 +97,18 @@ def render(
     Each side of a surface has its colour, the light is smooth by the mesh's normals, rims are thin and dark, singular
     curves and points and boxes that could not be decided are red, and the eye stands where everything just fits.
 
-    size      pixels across and down
+    size      pixels across and down, from 1 to 8192
     renderer  "vtk"; "matplotlib", plainer, needs no graphics library; "auto", the first that works, with a warning
               when that is not vtk
     bounds    where to look at implicit surfaces that are no mesh yet
 
     Two pictures of the same things by "vtk" differ in the grain of the shadows, which VTK draws at random. Raises
-    ValueError when there is nothing to draw, TypeError for what cannot be drawn and RuntimeError for "vtk" without an
-    OpenGL library.
+    ValueError when there is nothing to draw and for another size or renderer, TypeError for what cannot be drawn and
+    RuntimeError for "vtk" without an OpenGL library.
     """
+    size = _check_size(size)
+    if renderer not in get_args(Renderer):
+        raise ValueError(f"renderer must be one of {', '.join(get_args(Renderer))}, got {renderer!r}")
     pieces = compose(gather(things if isinstance(things, Sequence) else [things], bounds), look)
     eye = frame(corners(pieces), look, size[0] / size[1])
     path = Path(path)
@@ -113,6 +118,15 @@ def render(
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def _check_size(size: Any) -> tuple[int, int]:
+    """Width and height. VTK ends the process where they are negative, and takes another size for 0."""
+    sides = list(size) if isinstance(size, Sequence | np.ndarray) else []
+    whole = all(isinstance(side, int | np.integer) and not isinstance(side, bool) for side in sides)
+    if len(sides) != 2 or not whole or not all(1 <= side <= _LARGEST for side in sides):
+        raise ValueError(f"size must be two whole numbers of pixels from 1 to {_LARGEST}, got {size!r}")
+    return int(sides[0]), int(sides[1])
 
 
 def find_renderer() -> Literal["vtk", "matplotlib"]:

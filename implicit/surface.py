@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from implicit import differential
 from implicit.differential import Curvature
-from implicit.errors import NotPolynomialError
+from implicit.errors import NotPolynomialError, wrong_kind
 from implicit.formula import parse
 from implicit.language.notation import write
 from implicit.language.reading import to_expression, to_parameters
@@ -275,6 +275,12 @@ class Surface:
         known = self.distance
         packed = None if known is None else (pack(known.expression), known.outside, known.inside)
         return _restore, (pack(self.expression), packed)
+
+
+def check_surface(given: object) -> None:
+    """Raise a TypeError unless it is a Surface."""
+    if not isinstance(given, Surface):
+        raise wrong_kind("an implicit Surface", given)
 
 
 def _combine(verb: str, *surfaces: Surface) -> Surface:

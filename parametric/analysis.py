@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from implicit.errors import SingularPointError
+from implicit.errors import SingularPointError, wrong_kind
 from parametric.curve import ParametricCurve
-from parametric.parameters import Array
-from parametric.surface import ParametricSurface
+from parametric.parameters import Array, check_orders
+from parametric.shell import Shell
+from parametric.surface import ParametricSurface, check_surface
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature
@@ -42,6 +43,7 @@ def fundamental_forms(surface: ParametricSurface, u: ArrayLike, v: ArrayLike) ->
     >>> float(forms.E), float(forms.M)
     (1.0, 1.0)
     """
+    check_surface(surface)
     jet = surface.jet(u, v, 2)
     n = surface.normal(u, v)
     a, b = jet[1, 0], jet[0, 1]
@@ -91,6 +93,7 @@ def is_singular(
     surface: ParametricSurface, u: ArrayLike, v: ArrayLike, *, tolerance: float = 1e-9
 ) -> NDArray[np.bool_]:
     """Whether the parametrization is singular: p_u x p_v vanishes against the largest |p_u| |p_v|; (...,)."""
+    check_surface(surface)
     vectors = surface.true_normal(u, v)
     return np.sqrt(_dot(vectors, vectors)) <= tolerance * surface.scale[0] * surface.scale[1]
 
@@ -146,6 +149,9 @@ def curve_on(surface: ParametricSurface, path: ParametricCurve) -> "CurveOnSurfa
     >>> round(curve_on(FormulaSurface((u, v, u), ((0, 1), (0, 1))), line((0, 0), (1, 0))).length(), 12)
     1.414213562373
     """
+    check_surface(surface)
+    if not isinstance(path, ParametricCurve):
+        raise wrong_kind("a curve (u, v) in the domain", path)
     return CurveOnSurface(surface, path)
 
 
@@ -167,6 +173,7 @@ class CurveOnSurface(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3), by the chain rule; a ValueError beyond the second."""
+        check_orders(order)
         t = self.parameters(t)
         u, v = np.moveaxis(self.path(t)[..., :2], -1, 0)
         if order == 0:
@@ -182,11 +189,11 @@ class CurveOnSurface(ParametricCurve):
         raise ValueError(f"a curve on a surface has derivatives up to the second here, not the {order}th")
 
 
-def area(surface: ParametricSurface, *, tolerance: float = 1e-9) -> float:
-    """Area of the surface, the integral of |p_u x p_v|, to the relative tolerance.
+def area(surface: ParametricSurface | Shell, *, tolerance: float = 1e-9) -> float:
+    """Area of the surface, the integral of |p_u x p_v|, to the relative tolerance; of a shell, of all its surfaces.
 
     Gauss-Legendre quadrature on the smooth pieces, with cells quartered until the sum settles; a ValueError if ten
-    quarterings do not settle it.
+    quarterings do not settle it, a TypeError for what is no parametric surface or Shell.
 
     Examples
     --------
@@ -194,6 +201,10 @@ def area(surface: ParametricSurface, *, tolerance: float = 1e-9) -> float:
     >>> round(area(BezierSurface([[(0, 0, 0), (0, 2, 0)], [(3, 0, 0), (3, 2, 0)]])), 12)
     6.0
     """
+    if isinstance(surface, Shell):
+        return sum(area(part, tolerance=tolerance) for part in surface.surfaces)
+    if not isinstance(surface, ParametricSurface):
+        raise wrong_kind("a parametric surface or Shell", surface)
     nodes, weights = np.polynomial.legendre.leggauss(10)
     cells = [np.array(axis) for axis in surface.breaks]
     previous = np.inf

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.curve import ParametricCurve
-from parametric.parameters import Array, Interval, to_interval, to_vector
+from parametric.parameters import Array, Interval, check_orders, to_interval, to_vector
 from parametric.splines.bspline import BSplineCurve, _divide, drop
 from parametric.splines.knots import KnotVector
 
@@ -38,6 +38,7 @@ class Conic(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3)."""
+        check_orders(order)
         t = self.parameters(t)
         cos, sin, one, none = np.cos(t).ravel(), np.sin(t).ravel(), np.ones(t.size), np.zeros(t.size)
         turns = ((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))

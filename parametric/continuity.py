@@ -9,7 +9,7 @@ from parametric.curve import ParametricCurve
 from parametric.parameters import Array
 from parametric.splines.knots import KnotVector
 from parametric.splines.tensor import BSplineSurface
-from parametric.surface import ParametricSurface
+from parametric.surface import ParametricSurface, check_surface
 
 EDGES = ("u0", "u1", "v0", "v1")
 ENDS = ("t0", "t1")
@@ -69,6 +69,8 @@ def continuity(
         return _join_curves(a, edge_a, b, edge_b, tolerance)
     if isinstance(a, ParametricCurve) or isinstance(b, ParametricCurve):
         raise TypeError("a joint is between two surfaces or two curves")
+    for surface in (a, b):
+        check_surface(surface)
     s = np.linspace(0, 1, SAMPLES)
     one = _Side(a, edge_a, s, 1.0)
     other = _Side(b, edge_b, s, -1.0)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.differences import differentiate
-from parametric.parameters import Array, Interval, Value, to_interval, to_parameters
+from parametric.parameters import Array, Interval, Value, check_orders, to_interval, to_parameters
 
 if TYPE_CHECKING:
     from parametric.splines.bspline import BezierCurve, BSplineCurve
@@ -144,6 +144,7 @@ class AffineCurve(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3)."""
+        check_orders(order)
         inner = np.clip(self.shift + self.rate * self.parameters(t), *self.curve.domain)
         return self.rate**order * self.curve.derivative(inner, order)
 
@@ -254,6 +255,7 @@ class FunctionCurve(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3), by differences; order 0 is the point itself."""
+        check_orders(order)
         t = self.parameters(t)
         return differentiate(self._points, t, order, self._domain)
 

@@ -9,7 +9,7 @@ import sympy
 from numpy.typing import ArrayLike
 
 from parametric.curve import ParametricCurve
-from parametric.parameters import Array, Interval, to_interval
+from parametric.parameters import Array, Interval, check_orders, to_interval
 from parametric.surface import ParametricSurface
 
 u, v, t = sympy.symbols("u v t", real=True)
@@ -42,6 +42,7 @@ class FormulaCurve(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3), differentiated exactly."""
+        check_orders(order)
         if order not in self._functions:
             self._functions[order] = compile_(_differentiate(self._coordinates, ((_T, order),)), (_T,))
         return evaluate(self._functions[order], (self.parameters(t),))
@@ -81,6 +82,7 @@ class FormulaSurface(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3), differentiated exactly."""
+        check_orders(i, j)
         if (i, j) not in self._functions:
             self._functions[i, j] = compile_(_differentiate(self._coordinates, ((_U, i), (_V, j))), (_U, _V))
         return evaluate(self._functions[i, j], self.parameters(u, v))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.differences import differentiate
-from parametric.parameters import Array, Interval, to_interval
+from parametric.parameters import Array, Interval, check_orders, to_interval
 from parametric.surface import ParametricSurface
 
 
@@ -46,6 +46,7 @@ class FunctionSurface(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3), by differences."""
+        check_orders(i, j)
         a, b = np.broadcast_arrays(*self.parameters(u, v))
 
         def along_u(us: Array) -> Array:

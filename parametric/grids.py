@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from parametric.parameters import Array, to_parameters
 from parametric.shell import Shell
-from parametric.surface import ParametricSurface
+from parametric.surface import ParametricSurface, check_surface
 from parametric.tessellate import SurfaceMesh, to_mesh
 from parametric.tessellation.batch import evaluator
 from parametric.tessellation.cells import Cells
@@ -54,6 +54,7 @@ def iso_curves(
     >>> [len(curve) for curve in iso_curves(saddle, u=[0.5], v=[0, 1], tolerance=1e-3)]
     [2, 2, 2]
     """
+    check_surface(surface)
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise ValueError(f"tolerance must be a positive length, got {tolerance!r}")
     curves = []

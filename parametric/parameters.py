@@ -42,6 +42,13 @@ def to_parameters(values: ArrayLike, domain: Interval, name: str) -> Array:
     return t
 
 
+def check_orders(*orders: object) -> None:
+    """Raise a ValueError unless all orders of derivatives are whole numbers from 0."""
+    for order in orders:
+        if not isinstance(order, int | np.integer) or order < 0:
+            raise ValueError(f"the order of a derivative must be a whole number from 0, got {order!r}")
+
+
 def to_points(values: ArrayLike, name: str, axes: int) -> Array:
     """Read-only finite points with `axes` index axes before the coordinates; plane points get z = 0."""
     points = np.array(values, dtype=float)

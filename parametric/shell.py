@@ -145,9 +145,10 @@ class Shell:
     @cached_property
     def closed(self) -> bool:
         """Whether the surfaces bound a solid."""
-        return self.orientable and all(self._balance(edge) == 0 for edge in self.edges if edge.kind != "degenerate")
+        return self.orientable and all(self.balance(edge) == 0 for edge in self.edges if edge.kind != "degenerate")
 
-    def _balance(self, edge: Edge) -> int:
+    def balance(self, edge: Edge) -> int:
+        """How many more surfaces, turned to agree, lie to the left of an edge than to the right."""
         return int(sum(self.turns[arc.side.surface_index] * (1 if arc.inside_left else -1) for arc in edge.arcs))
 
     @cached_property

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from parametric.parameters import Array, Interval, Value, to_parameters
+from implicit.errors import wrong_kind
+from parametric.parameters import Array, Interval, Value, check_orders, to_parameters
 
 if TYPE_CHECKING:
     from implicit.surface import Curvature, Surface
@@ -57,6 +58,7 @@ class ParametricSurface(Value, ABC):
 
     def jet(self, u: ArrayLike, v: ArrayLike, order: int = 1) -> Jet:
         """All derivatives (i, j) with i + j <= order, each (..., 3)."""
+        check_orders(order)
         return {(i, k - i): self.derivative(u, v, i, k - i) for k in range(order + 1) for i in range(k + 1)}
 
     def parameters(self, u: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
@@ -170,3 +172,9 @@ class ParametricSurface(Value, ABC):
     def certified_floor(self) -> float:
         """The distance within which answers without a tolerance may be "on"; see `implicit.certified_floor`."""
         return self._shell.certified_floor
+
+
+def check_surface(given: object) -> None:
+    """Raise a TypeError unless it is a ParametricSurface."""
+    if not isinstance(given, ParametricSurface):
+        raise wrong_kind("a parametric surface", given)

@@ -8,21 +8,34 @@ import sympy
 
 from implicit import SingularPointError, Surface
 from parametric import (
+    BezierCurve,
     BezierSurface,
+    FormulaCurve,
     FormulaSurface,
     FunctionCurve,
+    FunctionSurface,
+    ParametricCurve,
     ParametricSurface,
+    Shell,
     area,
     circle,
     fundamental_forms,
+    iso_curves,
     line,
     parabola,
     revolve,
+    rotation,
+    ruled,
+    sweep,
+    t,
     teapot,
+    tessellate,
+    transform_sweep,
     u,
     v,
 )
 from parametric.analysis import angle, arc_length, curve_on, is_singular
+from tests.solids import box_patches
 
 SPHERE = FormulaSurface(
     (2 * sympy.sin(u) * sympy.cos(v), 2 * sympy.sin(u) * sympy.sin(v), 2 * sympy.cos(u)), ((0, pi), (0, 2 * pi))
@@ -95,6 +108,39 @@ def test_areas():
     assert area(SPHERE) == pytest.approx(16 * pi, rel=1e-10)
     assert area(revolve(circle(1, (0, 3)))) == pytest.approx(12 * pi**2, rel=1e-10)
     assert area(CATENOID) == pytest.approx(pi * (2 + np.sinh(2)), rel=1e-10)
+
+
+def test_the_area_of_a_shell_is_that_of_its_surfaces():
+    assert area(Shell(box_patches((1, 2, 3)))) == pytest.approx(2 * (2 + 3 + 6), rel=1e-12)
+    mesh = tessellate(teapot(), tolerance=1e-3)
+    corners = mesh.vertices[mesh.faces]
+    facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    assert area(teapot(), tolerance=1e-4) == pytest.approx(facets, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda thing: fundamental_forms(thing, 0, 0),
+        lambda thing: is_singular(thing, 0, 0),
+        lambda thing: curve_on(thing, line((0, 0), (1, 1))),
+        lambda thing: iso_curves(thing, u=[0.5], tolerance=0.1),
+    ],
+)
+def test_only_parametric_surfaces_are_measured(ask):
+    for thing in (Surface("x"), teapot(), 3):
+        with pytest.raises(TypeError, match=f"a parametric surface was wanted, got {type(thing).__name__}"):
+            ask(thing)
+
+
+def test_a_curve_on_a_surface_has_a_path():
+    with pytest.raises(TypeError, match=r"a curve \(u, v\) in the domain was wanted, got tuple"):
+        curve_on(SADDLE, (0, 0))
+
+
+def test_the_area_of_something_else_is_an_error():
+    with pytest.raises(TypeError, match="a parametric surface or Shell was wanted, got Surface"):
+        area(Surface("x"))
 
 
 def test_lengths_and_angles_on_the_surface():
@@ -189,6 +235,62 @@ def test_frame_gives_all_at_once():
     near(frame.normal, SPHERE.normal(1.0, [0.0, 1.0]))
     near(frame.along_u, SPHERE.derivative(1.0, [0.0, 1.0], 1, 0))
     near(frame.along_v, SPHERE.derivative(1.0, [0.0, 1.0], 0, 1))
+
+
+ARC, SEGMENT = circle(1, (0, 2)), line((0, 0, 0), (1, 0, 0))
+NET = np.stack(np.meshgrid([0.0, 1], [0.0, 1], [0.0], indexing="ij"), axis=-1)[:, :, 0]
+SURFACES = [
+    BezierSurface(NET),
+    BezierSurface(NET, [[1, 2], [1, 1]]),
+    SADDLE,
+    SADDLE.transform(np.eye(4)),
+    FunctionSurface(lambda u, v: (u, v, u * v)),
+    revolve(line((1, 0, 0), (2, 0, 1))),
+    sweep(circle(0.1), ARC),
+    transform_sweep(SEGMENT, lambda s: rotation((0, 0, 1), s).T),
+    ruled(SEGMENT, ARC),
+]
+CURVES = [
+    SEGMENT,
+    BezierCurve([(0, 0), (1, 1)], [1, 2]),
+    ARC,
+    FormulaCurve((t, t**2, 0), (0, 1)),
+    FormulaCurve((t, t**2, 0), (0, 1)).reversed(),
+    FormulaCurve((t, t**2, 0), (0, 1)).transform(np.eye(4)),
+    FunctionCurve(lambda s: (s, s**2, 0)),
+    SADDLE.iso_u(0.5),
+    SADDLE.iso_v(0.5),
+    curve_on(SADDLE, line((0, 0), (1, 1))),
+]
+
+
+def definers(base, method):
+    """The classes of `parametric` that give `method` themselves."""
+    found = {base} if base.__module__.startswith("parametric.") and method in base.__dict__ else set()
+    return found.union(*(definers(kind, method) for kind in base.__subclasses__()))
+
+
+@pytest.mark.parametrize("order", [-1, -2, 0.5, 1.0, "1", None])
+def test_orders_of_derivatives_are_whole_numbers_from_zero(order):
+    for base, things in ((ParametricSurface, SURFACES), (ParametricCurve, CURVES)):
+        tried = {kind for thing in things for kind in type(thing).__mro__}
+        assert definers(base, "derivative") | definers(base, "jet") <= tried
+    for surface in SURFACES:
+        (u0, _), (v0, _) = surface.domain
+        for ask in (
+            lambda s=surface, a=u0, b=v0: s.derivative(a, b, order, 0),
+            lambda s=surface, a=u0, b=v0: s.derivative(a, b, 1, order),
+            lambda s=surface, a=u0, b=v0: s.jet(a, b, order),
+        ):
+            with pytest.raises(ValueError, match=f"order of a derivative must be a whole number from 0, got {order!r}"):
+                ask()
+    for curve in CURVES:
+        with pytest.raises(ValueError, match=f"order of a derivative must be a whole number from 0, got {order!r}"):
+            curve.derivative(curve.domain[0], order)
+
+
+def test_orders_of_numpy_are_whole_numbers_too():
+    assert np.array_equal(SADDLE.derivative(0.5, 0.5, np.int64(1), 0), SADDLE.derivative(0.5, 0.5, 1, 0))
 
 
 def test_formulas_are_checked():

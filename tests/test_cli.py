@@ -6,9 +6,13 @@ import sys
 from pathlib import Path
 
 import pytest
+import sympy
 
 from gallery.__main__ import main
-from gallery.catalog import catalog
+from gallery.cards import make_surface
+from gallery.catalog import catalog, find
+from gallery.commands import with_parameters
+from implicit import Surface
 
 
 def run(*words: str) -> int:
@@ -33,6 +37,45 @@ def test_mesh_of_a_formula(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert run("mesh", "x^2 + y^2 + z^2 = r^2", "-p", "r=3/2", "-o", str(path), "--resolution", "16") == 0
     assert "closed" in capsys.readouterr().out
     assert (path.stat().st_size - 84) % 50 == 0
+
+
+@pytest.mark.parametrize(
+    "formula", ["-x^2-y^2-z^2=-1", "-(x^2 + y^2 + z^2) = -1", "-2x^2 = 2y^2 + 2z^2 - 2", "-pi x^2 = pi(y^2 + z^2 - 1)"]
+)
+def test_a_formula_may_begin_with_a_minus(formula: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(tmp_path / "a.stl")
+    rest = ("--resolution", "8", "-o", path)
+    for words in ((formula, *rest), (*rest, "--separate", formula), (*rest, "--", formula)):
+        assert run("mesh", *words) == 0
+        assert "Euler characteristic 2" in capsys.readouterr().out
+    assert run("mesh", "-x^2 + * y", "-o", path) == 2
+    assert "\n  -x^2 + * y\n         ^" in capsys.readouterr().err
+
+
+def test_what_begins_like_an_option_stays_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (("-px=2", "-o", "a.stl"), ("sphere", "-o", "-xyz.stl"), ("sphere", "--outxyz")):
+        with pytest.raises(SystemExit) as stop:
+            run("mesh", *words)
+        assert stop.value.code == 2
+    assert "usage" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_parameters_of_a_named_surface(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("-o", str(tmp_path / "a.stl"), "--resolution", "8")
+    assert run("mesh", "cayley_cubic", "-p", "a=2", *words) == 2
+    assert "cayley_cubic has no parameter a; it has none" in capsys.readouterr().err
+    assert run("mesh", "teapot", "-p", "a=2", *words) == 2
+    assert "teapot has no parameter a" in capsys.readouterr().err
+    assert run("mesh", "barth_sextic", "-p", "a=2", *words) == 2
+    assert "barth_sextic has no parameter a; its parameters are p" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_named_surface_takes_other_values_of_its_parameters() -> None:
+    entry = find("barth_sextic")
+    surface = make_surface(with_parameters(entry, ["p = sqrt(2)"]))
+    assert surface == Surface(entry.formula, p=sympy.sqrt(2)) != make_surface(entry)
 
 
 def test_mesh_of_a_parametric_surface_by_name(tmp_path: Path) -> None:

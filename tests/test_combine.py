@@ -94,6 +94,17 @@ def test_quarter_turns_and_sympy_angles_are_exact():
         (lambda s: s.translate((1, 2)), "three numbers"),
         (lambda s: s.translate((1, 2, np.nan)), "finite"),
         (lambda s: s.scale(np.inf), "finite"),
+        (lambda s: s.scale("2"), "three numbers, got '2'"),
+        (lambda s: s.scale(2, 1), "center must be three numbers, got 1"),
+        (lambda s: s.translate(1), "three numbers, got 1"),
+        (lambda s: s.translate("abc"), "finite real number, got 'a'"),
+        (lambda s: s.rotate(np.nan), "angle must be a finite real number, got nan"),
+        (lambda s: s.rotate(np.inf), "angle must be a finite real number, got inf"),
+        (lambda s: s.rotate("1"), "angle must be a finite real number, got '1'"),
+        (lambda s: s.rotate(sympy.Symbol("a")), "angle must be a finite real number, got a"),
+        (lambda s: s.rotate(1, None), "axis must be three numbers, got None"),
+        (lambda s: s.transform(1), "shape"),
+        (lambda s: s.transform([["a", 0, 0], [0, 1, 0], [0, 0, 1]]), "finite real number, got 'a'"),
     ],
 )
 def test_wrong_moves_are_refused(move, message):
@@ -160,6 +171,7 @@ def test_blends_are_tangent_to_both_parts():
         ((A, B, 0), "positive"),
         ((A, B, -1), "positive"),
         ((A, B, np.nan), "positive"),
+        ((A, B, "1"), "finite real number, got '1'"),
         ((A, B, 1, "sum"), "kind must be"),
     ],
 )
@@ -212,6 +224,12 @@ def test_offsets_follow_moves_and_unions():
     assert np.isclose(grown(np.zeros(3)), -1.5 - 0.25)
 
 
+@pytest.mark.parametrize("distance", ["1", None, np.nan, np.inf])
+def test_offsets_are_by_a_finite_distance(distance):
+    with pytest.raises(ValueError, match=f"distance of an offset must be a finite real number, got {distance!r}"):
+        offset(A, distance)
+
+
 @pytest.mark.parametrize(
     ("solid", "distance", "side"),
     [
@@ -227,5 +245,3 @@ def test_offsets_follow_moves_and_unions():
 def test_offsets_that_would_be_wrong_are_refused(solid, distance, side):
     with pytest.raises(ValueError, match=f"not known on its {side}"):
         offset(solid, distance)
-    with pytest.raises(ValueError, match="finite distance"):
-        offset(solid, np.inf)

@@ -158,3 +158,5 @@ def test_wrong_arguments(make, message):
 def test_a_surface_does_not_join_a_curve():
     with pytest.raises(TypeError, match="between two surfaces or two curves"):
         continuity(FLAT, "u0", circle(), "t0")
+    with pytest.raises(TypeError, match="a parametric surface was wanted, got str"):
+        continuity(FLAT, "u0", "FLAT", "u1")

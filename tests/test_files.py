@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from implicit.files import round_to_single, save
 from implicit.mesh import Mesh
+from implicit.surface import Surface
 
 SUFFIXES = (".stl", ".ply", ".obj", ".glb", ".vtp")
 
@@ -165,6 +166,12 @@ def test_a_node_without_a_normal_still_has_unit_normals_in_glb(tmp_path: Path) -
 def test_an_unknown_suffix_names_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"one of \.3mf \.glb \.obj \.ply \.stl \.vtp; got 'a\.step'"):
         save(octahedron(0), tmp_path / "a.step")
+
+
+def test_only_meshes_are_saved(tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="a Mesh was wanted, got Surface"):
+        save(Surface("x"), tmp_path / "a.stl")  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:

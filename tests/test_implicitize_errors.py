@@ -1,12 +1,21 @@
 """What implicitization refuses, and its limits of time and size."""
 
 import time
+from functools import partial
 
 import pytest
 import sympy
 from sympy import cos, exp, pi, sin, sqrt, symbols
 
-from implicit import NotASurfaceError, NotPolynomialError, TimeLimitError, TranscendentalError, implicitize
+from implicit import (
+    NotASurfaceError,
+    NotPolynomialError,
+    Surface,
+    TimeLimitError,
+    TranscendentalError,
+    implicitize,
+    matrix_form,
+)
 from tests.rational import bezier, random_net, u, v
 
 
@@ -66,8 +75,20 @@ def test_wrong_arguments(coordinates, parameters, message):
 
 
 def test_texts_are_refused():
-    with pytest.raises(TypeError, match="text"):
-        implicitize(("u", v, u * v), (u, v))
+    for coordinates in (("u", v, u * v), "uv"):
+        with pytest.raises(TypeError, match="text"):
+            implicitize(coordinates, (u, v))
+
+
+@pytest.mark.parametrize("read", [implicitize, matrix_form, partial(implicitize, method="approximate")])
+def test_things_of_another_kind_are_named(read):
+    for given in (1, Surface("x")):
+        with pytest.raises(TypeError, match=rf"three coordinates .* was wanted, got {type(given).__name__}"):
+            read(given, (u, v))
+    with pytest.raises(TypeError, match="a number for each coordinate was wanted, got object"):
+        read((u, v, object()), (u, v))
+    with pytest.raises(ValueError, match="two different sympy symbols, got 1"):
+        read((u, v, u * v), 1)
 
 
 def test_high_degrees_are_estimated_first():

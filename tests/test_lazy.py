@@ -43,6 +43,13 @@ def test_public_names_stay_the_verbs():
     assert run(code).split() == ["True", "True", "Surface", "True", "x"]
 
 
+@pytest.mark.parametrize("package", ["implicit", "parametric"])
+def test_a_star_imports_every_public_name(package):
+    code = f"from {package} import *; import {package}; names = {package}.__all__\n"
+    code += f"print(len(names) > 20, all(globals()[name] is getattr({package}, name) for name in names))"
+    assert run(code).split() == ["True", "True"]
+
+
 def test_unknown_names_are_refused():
     import implicit
 

@@ -191,5 +191,5 @@ def test_errors_say_what_was_wanted(origins, directions, limit, message):
 
 
 def test_only_surfaces_have_rays():
-    with pytest.raises(TypeError, match="takes a Surface, got Mesh"):
+    with pytest.raises(TypeError, match=r"Surface.*Mesh"):
         cast_rays(Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]), (0, 0, 0), (1, 0, 0))

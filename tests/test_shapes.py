@@ -1,7 +1,10 @@
 """Ordinary solids: where they are, what they are as polynomials, and that their distances are distances."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
+import sympy
 
 from implicit import box, capsule, cone, cylinder, plane, sphere, torus
 from implicit.surface import Surface
@@ -45,6 +48,14 @@ def test_exact_shapes_are_polynomials():
     assert all(shape.degree is None for shape in (box(1), cylinder(1, 1), cone(1, 1), capsule()))
 
 
+def test_numbers_of_every_kind_are_taken_as_they_are():
+    third = Surface("x^2 + y^2 + z^2 = 1/9")
+    assert sphere(Fraction(1, 3)) == sphere(sympy.Rational(1, 3)) == third
+    assert sphere(1).scale(Fraction(1, 3)) == sphere(1).scale(sympy.Rational(1, 3))
+    assert box(np.int64(2)) == box(np.float32(2)) == box(Fraction(2)) == box((2, 2, 2))
+    assert sphere(1, np.zeros(3)) == sphere(1, sympy.zeros(3, 1)) == sphere(1)
+
+
 @pytest.mark.parametrize(("solid", "inside"), [*SHAPES, (capsule(), None)], ids=lambda value: str(value)[:40])
 def test_known_distances_are_distances(solid, inside):
     """The same sign as f, a gradient of length 1, and the surface at just that distance along it."""
@@ -73,6 +84,22 @@ def test_known_distances_are_distances(solid, inside):
         (lambda: box((1, 2, 0)), "side must be positive"),
         (lambda: plane((0, 0, 0)), "normal other than"),
         (lambda: sphere(1, (1, 2)), "three numbers"),
+        (lambda: sphere(1, 0), "center must be three numbers, got 0"),
+        (lambda: sphere("1"), "radius must be a finite real number, got '1'"),
+        (lambda: sphere(sympy.Symbol("r", positive=True)), "radius must be a finite real number, got r"),
+        (lambda: torus(None, 1), "major must be a finite real number, got None"),
+        (lambda: torus(2, 1, None), "center must be three numbers, got None"),
+        (lambda: cylinder(1, "2"), "height must be a finite real number, got '2'"),
+        (lambda: cylinder(1, 2, 3), "center must be three numbers, got 3"),
+        (lambda: cone(1j), "radius must be a finite real number, got 1j"),
+        (lambda: cone(1, 2, 3), "center must be three numbers, got 3"),
+        (lambda: box(None), "sides must be three numbers, got None"),
+        (lambda: box(1, 1), "center must be three numbers, got 1"),
+        (lambda: capsule(0), "start must be three numbers, got 0"),
+        (lambda: capsule(end=(0, 0, "a")), "each number of end must be a finite real number, got 'a'"),
+        (lambda: capsule(radius=np.ones(2)), "radius must be a finite real number"),
+        (lambda: plane(1), "normal must be three numbers, got 1"),
+        (lambda: plane((0, 0, 1), np.inf), "point must be three numbers, got inf"),
     ],
 )
 def test_wrong_measures_are_refused(make, message):

@@ -276,6 +276,30 @@ def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
 def test_what_cannot_be_drawn_is_named(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="got dict; tessellate"):
         render({}, tmp_path / "a.png")
+    with pytest.raises(TypeError, match=r'got str; a formula becomes a surface by Surface\("'):
+        render("x^2 + y^2 = 1", tmp_path / "a.png")
+    with pytest.raises(TypeError, match="got int"):
+        show(3)
+
+
+@pytest.mark.parametrize(
+    "size", [(-5, 10), (0, 10), (10, 8193), (10.5, 10), (10,), (10, 10, 10), (True, True), "a", "10", 10, None]
+)
+def test_a_size_is_two_positive_whole_numbers(size: object, tmp_path: Path) -> None:
+    for draw in (lambda: render(ball(), tmp_path / "a.png", size=size), lambda: show(ball(), size=size)):
+        with pytest.raises(ValueError, match="size must be two whole numbers of pixels from 1 to 8192, got"):
+            draw()
+    assert not list(tmp_path.iterdir())
+
+
+def test_sizes_of_any_whole_numbers_are_drawn(tmp_path: Path) -> None:
+    assert picture(ball(), tmp_path / "a.png", size=np.array([31, 17])).shape == (17, 31, 3)
+    assert picture(ball(), tmp_path / "a.png", size=(1, 1), renderer="matplotlib").shape == (1, 1, 3)
+
+
+def test_another_renderer_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="renderer must be one of auto, vtk, matplotlib, got 'vkt'"):
+        render(ball(), tmp_path / "a.png", renderer="vkt")  # type: ignore[arg-type]
 
 
 def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch) -> None:

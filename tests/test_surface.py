@@ -8,7 +8,21 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from implicit import FormulaError, SingularPointError, Surface, x, y, z
+from implicit import (
+    FormulaError,
+    Mesh,
+    SingularPointError,
+    Surface,
+    blend,
+    offset,
+    parametrize,
+    polygonize,
+    polygonize_from,
+    singularities,
+    x,
+    y,
+    z,
+)
 
 FORMULAS = [
     "x^2 + y^2 + z^2 = 1",
@@ -134,6 +148,23 @@ def test_accepts_sympy_in_any_symbols():
     a, b = sympy.symbols("x y")
     assert Surface(sympy.Eq(a**2, b)) == Surface("x^2 = y") == Surface(x**2 - y)
     assert Surface(sympy.Poly(a**2 - b)) == Surface("x^2 = y")
+
+
+@pytest.mark.parametrize("symbols", [(x, y), sympy.symbols("x y")])
+def test_an_equation_of_sympy_is_the_same_as_its_text(symbols):
+    a, b = symbols
+    pairs = [
+        ((a, 1), "x = 1"),
+        ((a, 0), "x = 0"),
+        ((a**2, a + b), "x^2 = x + y"),
+        ((0.3 * a, 0.1 * a + b), "0.3x = 0.1x + y"),
+        ((sympy.Max(a, b), 1), "max(x, y) = 1"),
+        ((a, sympy.Max(a, b)), "x = max(x, y)"),
+        ((sympy.Max(a, b), 0), "max(x, y)"),
+    ]
+    for (left, right), text in pairs:
+        surface = Surface(sympy.Eq(left, right))
+        assert surface == Surface(text) == Surface(repr(surface)[9:-2])
     assert Surface(a**2 - 0.1 * sympy.Symbol("c"), c=2) == Surface("x^2 - 0.2")
     assert Surface(sympy.Max(a, b)).degree is None
 
@@ -164,6 +195,26 @@ def test_accepts_sympy_in_any_symbols():
 def test_what_is_no_surface_is_refused(given, parameters, message):
     with pytest.raises(ValueError, match=message):
         Surface(given, **parameters)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda thing: polygonize(thing, 1),
+        lambda thing: polygonize_from(thing, (0, 0, 0), 0.1),
+        lambda thing: singularities(thing, 1),
+        lambda thing: offset(thing, 0.1),
+        lambda thing: blend(thing, Surface("x"), 0.1),
+        lambda thing: blend(Surface("x"), thing, 0.1, "difference"),
+        parametrize,
+    ],
+)
+def test_verbs_of_surfaces_name_what_came_instead(ask):
+    with pytest.raises(TypeError, match=r'a.* Surface was wanted, got str; a formula becomes one by Surface\("'):
+        ask("x^2 + y^2 + z^2 = 1")
+    for thing in (Mesh([], []), 3, None):
+        with pytest.raises(TypeError, match=f"a.* Surface was wanted, got {type(thing).__name__}$"):
+            ask(thing)
 
 
 def test_values_compare_hash_pickle_and_print():

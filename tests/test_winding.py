@@ -228,6 +228,14 @@ def test_open_shells_have_fractional_numbers_and_no_inside():
     assert abs(winding_number(shell, (0, 0, 0)) - 0.5) < 1e-12
 
 
+def test_a_face_taken_twice_is_the_cause():
+    faces = box_patches()
+    with pytest.raises(OpenSurfaceError, match=r"got one with 4 edges of more than two surfaces.*: Edge\(crowded"):
+        classify(Shell([*faces, faces[0]]), (0, 0, 0))
+    with pytest.raises(OpenSurfaceError, match=r"got one with 3 naked edges and 3 edges of more than two surfaces"):
+        classify(Shell([*faces[1:], faces[-1]]), (0, 0, 0))
+
+
 def test_a_disc_and_a_cylinder_against_closed_forms():
     disc = Shell(disc_patches())
     h = np.array([0.01, 0.5, 2.0, -0.01, -0.5, -2.0])

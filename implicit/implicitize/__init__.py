@@ -58,6 +58,8 @@ def implicitize(
         If the coordinates satisfy no polynomial equation, such as u mixed with sin(u), or contain pi.
     ValueError
         For zero denominators, other symbols, other than three coordinates.
+    TypeError
+        For coordinates that are neither sympy expressions nor numbers.
 
     Examples
     --------

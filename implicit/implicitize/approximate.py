@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 
 from implicit.algebra.polynomial import Polynomial
 from implicit.errors import NotASurfaceError
-from implicit.implicitize.homogeneous import all_monomials, to_expressions
+from implicit.implicitize.homogeneous import all_monomials, to_expressions, to_symbols
 
 Floats: TypeAlias = NDArray[np.float64]
 Domain: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
@@ -32,7 +32,7 @@ def approximate(
     if degree < 1 or degree != int(degree):
         raise ValueError(f"degree must be a whole number from 1, got {degree!r}")
     expressions = to_expressions(coordinates)
-    at = _sampler(expressions, parameters)
+    at = _sampler(expressions, to_symbols(parameters))
     nodes = (1 - np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)) / 2
     s, t = (grid.ravel() for grid in np.meshgrid(nodes, nodes, indexing="ij"))
     points = at(*_spread(s, t, domain))
@@ -172,7 +172,8 @@ def _value(points: Floats, exponents: NDArray[np.int64], c: Floats) -> tuple[Flo
 def default_domain(coordinates: Sequence[Any], parameters: Sequence[Any]) -> Domain:
     """From 0 to 1, or one turn where a parameter occurs in sines and cosines."""
     ranges = []
-    for name in parameters:
-        waves = [f for c in coordinates for f in sympy.sympify(c).atoms(sympy.sin, sympy.cos, sympy.tan) if f.has(name)]
+    expressions = to_expressions(coordinates)
+    for name in to_symbols(parameters):
+        waves = [f for e in expressions for f in e.atoms(sympy.sin, sympy.cos, sympy.tan) if f.has(name)]
         ranges.append((0.0, float(2 * sympy.pi)) if waves else (0.0, 1.0))
     return ranges[0], ranges[1]

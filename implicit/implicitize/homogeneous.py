@@ -1,18 +1,18 @@
 """Rational coordinates in homogeneous form: integer polynomials X, Y, Z, W with (x, y, z) = (X, Y, Z)/W."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, reduce
 from itertools import product
 from math import gcd, lcm
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import sympy
 from flint import fmpq, fmpq_mpoly_ctx
 
-from implicit.errors import NotPolynomialError, TranscendentalError
+from implicit.errors import NotPolynomialError, TranscendentalError, wrong_kind
 from implicit.implicitize.angles import Angles, Substitution, read_angles
 from implicit.implicitize.scalars import Scalars, read_scalars
 
@@ -59,7 +59,7 @@ def read_coordinates(
     A float stands for its exact binary value. With `rationalize`, floats and fractions are replaced by the simplest
     fractions within that distance.
     """
-    names = _symbols(parameters)
+    names = to_symbols(parameters)
     expressions = to_expressions(coordinates)
     strange = set().union(*(e.free_symbols for e in expressions)) - set(names)
     if strange:
@@ -82,23 +82,41 @@ def read_coordinates(
 
 def to_expressions(coordinates: Sequence[Any]) -> list[sympy.Expr]:
     """Three coordinates as sympy expressions."""
-    if len(coordinates) != 3:
-        raise ValueError(f"a surface has three coordinates (x, y, z), got {len(coordinates)}")
-    expressions = [sympy.sympify(c) if not isinstance(c, str) else _refuse_text(c) for c in coordinates]
+    if isinstance(coordinates, str):
+        _refuse_text(coordinates)
+    if not isinstance(coordinates, Iterable):
+        raise wrong_kind("a sequence of three coordinates (x, y, z), such as surface.expressions(),", coordinates)
+    given = list(coordinates)
+    if len(given) != 3:
+        raise ValueError(f"a surface has three coordinates (x, y, z), got {len(given)}")
+    expressions = [_expression(coordinate) for coordinate in given]
     for name, expression in zip("xyz", expressions, strict=True):
         if expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
             raise ValueError(f"coordinate {name} is not finite, its denominator is zero: {expression}")
     return expressions
 
 
-def _symbols(parameters: Sequence[Any]) -> tuple[sympy.Symbol, sympy.Symbol]:
-    names = tuple(parameters)
+def to_symbols(parameters: Sequence[Any]) -> tuple[sympy.Symbol, sympy.Symbol]:
+    """Two parameters, which must be sympy symbols."""
+    names = tuple(parameters) if isinstance(parameters, Iterable) else (parameters,)
     if len(names) != 2 or names[0] == names[1] or not all(isinstance(n, sympy.Symbol) for n in names):
         raise ValueError(f"parameters must be two different sympy symbols, got {parameters!r}")
     return names
 
 
-def _refuse_text(text: str) -> sympy.Expr:
+def _expression(coordinate: Any) -> sympy.Expr:
+    if isinstance(coordinate, str):
+        _refuse_text(coordinate)
+    try:
+        expression = sympy.sympify(coordinate)
+    except sympy.SympifyError:
+        expression = None
+    if not isinstance(expression, sympy.Expr):
+        raise wrong_kind("a sympy expression or a number for each coordinate", coordinate)
+    return expression
+
+
+def _refuse_text(text: str) -> NoReturn:
     raise TypeError(f"coordinates must be sympy expressions or numbers, got the text {text!r}")
 
 

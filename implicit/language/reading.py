@@ -3,12 +3,14 @@
 import difflib
 import numbers
 from collections.abc import Mapping
+from functools import reduce
+from itertools import chain
 
 import numpy as np
 import sympy
 
 from implicit.algebra.expand import to_fraction
-from implicit.language.trees import build, postorder, substitute
+from implicit.language.trees import difference, postorder, substitute
 from implicit.language.vocabulary import CONSTANTS, FUNCTIONS, VARIABLES
 
 _KNOWN = (sympy.Add, sympy.Mul, sympy.Pow, *(kind for kind in FUNCTIONS.values() if isinstance(kind, type)))
@@ -41,17 +43,12 @@ def to_expression(given: object, parameters: Mapping[str, sympy.Expr], *, needs_
     """A sympy expression or equation in the real symbols x, y, z, with values put in for the parameters."""
     if isinstance(given, sympy.Poly):
         given = given.as_expr()
-    if isinstance(given, sympy.Equality):
-        given = (
-            build(sympy.Add, given.lhs, build(sympy.Mul, sympy.S.NegativeOne, given.rhs))
-            if given.rhs != 0
-            else given.lhs
-        )
-    if not isinstance(given, sympy.Expr):
+    sides = given.args if isinstance(given, sympy.Equality) else (given,)
+    if not all(isinstance(side, sympy.Expr) for side in sides):
         raise ValueError(f"a formula as text, a sympy expression or an Eq was wanted, got {given!r}")
     names = {**VARIABLES, **parameters}
     used, values = set(), {}
-    for node in postorder(given):
+    for node in chain.from_iterable(map(postorder, sides)):
         if isinstance(node, sympy.Symbol):
             if node.name not in names:
                 raise ValueError(_unknown(node.name, list(names)))
@@ -66,7 +63,7 @@ def to_expression(given: object, parameters: Mapping[str, sympy.Expr], *, needs_
         raise ValueError(f"the formula has no {', '.join(sorted(unused))}")
     if needs_variables and not used & set(VARIABLES):
         raise ValueError(f"a formula in x, y, z was wanted, but {str(given)[:80]} is a constant")
-    return substitute(given, values)
+    return reduce(difference, (substitute(side, values) for side in sides))
 
 
 def _unknown(name: str, known: list[str]) -> str:

@@ -52,6 +52,14 @@ def is_branching(expression: sympy.Expr) -> bool:
     return any(isinstance(node, _BRANCHING) and node.free_symbols for node in postorder(expression))
 
 
+def difference(left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
+    """The difference of two expressions, built unevaluated where a Min, Max or Abs occurs, as `is_branching` says."""
+    if right == 0:
+        return left
+    minus = build(sympy.Mul, sympy.S.NegativeOne, right) if is_branching(right) else -right
+    return build(sympy.Add, left, minus) if is_branching(left) or is_branching(minus) else left + minus
+
+
 def substitute(expression: sympy.Expr, values: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
     """The expression with symbols replaced; what stands below no Min, Max or Abs is simplified as usual."""
     new: dict[sympy.Basic, sympy.Basic] = {}

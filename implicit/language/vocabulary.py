@@ -39,14 +39,10 @@ _OTHER_NAMES = {
     "tg": "tan",
 }
 _OTHER_SIGNS = {
-    "²": "write ^2",
-    "³": "write ^3",
     "−": "write the minus sign -",
     "–": "write the minus sign -",
-    "·": "write * for a product",
     "×": "write * for a product",
     "÷": "write / for a quotient",
-    "π": "write pi",
     "√": "write sqrt(...)",
     "|": "write abs(...) for an absolute value",
     "[": "use round brackets ( )",
@@ -58,14 +54,18 @@ _OTHER_SIGNS = {
     ";": "give one formula at a time",
     ".": "a number has one decimal point",
 }
+_SAME = {"**": "^", "·": "*", "⋅": "*"}
+RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _TOKEN = re.compile(
-    r"(?P<number>(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|[-+*/^(),=])", re.ASCII
+    r"(?P<number>(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*|π)|(?P<raised>⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
+    r"|(?P<sign>\*\*|[-+*·⋅/^(),=])",
+    re.ASCII,
 )
 
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of the text; `kind` is "number", "name", "end" or the sign itself."""
+    """A piece of the text; `kind` is "number", "name", "raised" (a power as in x²), "end" or the sign itself."""
 
     kind: str
     text: str
@@ -86,8 +86,8 @@ def tokens(text: str, words: Collection[str] = ()) -> list[Token]:
         piece = match.group()
         if match.lastgroup == "name" and piece not in words and set(piece) <= set(VARIABLES):
             piece = piece[0]
-        kind = str(match.lastgroup) if match.lastgroup in ("number", "name") else piece
-        found.append(Token("^" if kind == "**" else kind, piece, position))
+        kind = str(match.lastgroup) if match.lastgroup != "sign" else _SAME.get(piece, piece)
+        found.append(Token(kind, "pi" if piece == "π" else piece, position))
         position += len(piece)
     found.append(Token("end", "", len(text.rstrip())))
     return found

@@ -6,7 +6,7 @@ from implicit.parametrize.cyclide import parametrize_cyclide
 from implicit.parametrize.monoid import parametrize_monoid
 from implicit.parametrize.quadric import parametrize_plane, parametrize_quadric
 from implicit.parametrize.revolution import parametrize_revolution
-from implicit.surface import Surface
+from implicit.surface import Surface, check_surface
 
 
 def parametrize(surface: Surface) -> Chart:
@@ -28,6 +28,7 @@ def parametrize(surface: Surface) -> Chart:
     >>> chart.kind, chart.coordinates
     ('cone', (v*cos(u), v*sin(u), v))
     """
+    check_surface(surface)
     polynomial = surface.polynomial
     if polynomial is None:
         raise NotPolynomialError(f"a polynomial with algebraic coefficients was wanted, got {surface}")

@@ -145,9 +145,10 @@ def _to_thing(thing: object, bounds: Bounds | float) -> Thing:
         from implicit.polygonize import polygonize
 
         return polygonize(thing, bounds)
+    text = isinstance(thing, str)
+    hint = 'a formula becomes a surface by Surface("...")' if text else "tessellate a parametric surface or shell first"
     raise TypeError(
-        "a picture is made of meshes, implicit surfaces, singular loci and lines, "
-        f"got {type(thing).__name__}; tessellate a parametric surface or shell first"
+        f"a picture is made of meshes, implicit surfaces, singular loci and lines, got {type(thing).__name__}; {hint}"
     )
 
 

@@ -14,7 +14,7 @@ from implicit.singular.numeric import search_numerically
 from implicit.singular.proof import integral
 from implicit.singular.region import Deadline
 from implicit.singular.rest import real_points
-from implicit.surface import Surface
+from implicit.surface import Surface, check_surface
 
 MAX_DEGREE = 50  # in one variable: above it binomial coefficients are no longer exact in floats
 
@@ -61,6 +61,7 @@ def singularities(
     >>> whitney.expression, whitney.special.tolist(), sorted(set(whitney.leaves.tolist()))
     ((0, 0, t), [[0.0, 0.0, 0.0]], [0, 4])
     """
+    check_surface(surface)
     deadline = Deadline(timeout)
     polynomial = surface.polynomial
     if polynomial is None:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-import numpy as np
 import sympy
 
-from implicit.algebra.expand import to_fraction
 from implicit.blackbox import BranchField, MovedField
 from implicit.language.trees import build
 from implicit.solids.distance import Distance, distance_like
-from implicit.surface import Surface
+from implicit.solids.motion import exact
+from implicit.surface import Surface, check_surface
 
 
 def _parts(expression: sympy.Expr, kind: Any) -> tuple[sympy.Expr, ...]:
@@ -89,6 +88,8 @@ def blend(
     ------
     ValueError
         For a radius that is not positive, another kind, or a surface given as a function without a formula.
+    TypeError
+        For parts that are no implicit Surface.
 
     Examples
     --------
@@ -99,9 +100,11 @@ def blend(
     """
     if kind not in ("union", "intersection", "difference"):
         raise ValueError(f'kind must be "union", "intersection" or "difference", got {kind!r}')
-    if not (np.isfinite(float(radius)) and radius > 0):
+    for part in (a, b):
+        check_surface(part)
+    r = exact(radius, "the positive radius of a blend")
+    if not r > 0:
         raise ValueError(f"a blend needs a positive finite radius, got {radius!r}")
-    r = sympy.Rational(*to_fraction(radius).as_integer_ratio())
     if kind != "union":
         other = complement(b) if kind == "intersection" else b
         return complement(blend(complement(a), other, radius))
@@ -123,7 +126,9 @@ def offset(surface: Surface, distance: float) -> Surface:
     Raises
     ------
     ValueError
-        Where the distance is not known on that side.
+        Where the distance is not known on that side, or is no finite real number.
+    TypeError
+        For what is no implicit Surface.
 
     Examples
     --------
@@ -132,13 +137,12 @@ def offset(surface: Surface, distance: float) -> Surface:
     >>> float(rounded((1.5, 0, 0))), bool(rounded((1.4, 1.4, 1.4)) > 0)
     (0.0, True)
     """
-    if not np.isfinite(float(distance)):
-        raise ValueError(f"an offset needs a finite distance, got {distance!r}")
+    check_surface(surface)
+    amount = exact(distance, "the distance of an offset")
     known = surface.distance
-    side = "outside" if distance > 0 else "inside"
+    side = "outside" if amount > 0 else "inside"
     if known is None or not getattr(known, side):
         raise ValueError(f"the distance to this surface is not known on its {side}, so it cannot be offset there")
-    amount = sympy.Rational(*to_fraction(distance).as_integer_ratio())
     moved = build(sympy.Add, known.expression, -amount)
     both = known.outside and known.inside
-    return Surface.from_expression(moved, Distance(moved, both or distance > 0, both or distance < 0))
+    return Surface.from_expression(moved, Distance(moved, both or bool(amount > 0), both or bool(amount < 0)))

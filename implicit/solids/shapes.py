@@ -5,6 +5,7 @@ are known as well, for blends and offsets.
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,7 +21,7 @@ Triple = Sequence[float]
 
 
 def _positive(number: object, name: str) -> sympy.Expr:
-    value = exact(number)
+    value = exact(number, name)
     if not value > 0:
         raise ValueError(f"{name} must be positive, got {number!r}")
     return value
@@ -110,7 +111,7 @@ def box(sides: float | Triple = 1, center: Triple = (0, 0, 0)) -> Surface:
     >>> box((2, 2, 4))
     Surface("max(abs(x) - 1, abs(y) - 1, abs(z) - 2)")
     """
-    lengths: Any = [sides] * 3 if isinstance(sides, int | float | sympy.Expr) else sides
+    lengths: Any = [sides] * 3 if isinstance(sides, numbers.Real | sympy.Expr) else sides
     halves = [_positive(length, "side") / 2 for length in vector(lengths, "sides")]
     faces = [_minus(_absolute(s), half) for s, half in zip((x, y, z), halves, strict=True)]
     return _at(Surface.from_expression(build(sympy.Max, *faces), Distance(_corner(*faces), True, True)), center)
@@ -149,4 +150,5 @@ def plane(normal: Triple = (0, 0, 1), point: Triple = (0, 0, 0)) -> Surface:
 
 
 def _at(surface: Surface, center: Triple) -> Surface:
-    return surface if tuple(center) == (0, 0, 0) else surface.translate(center)
+    place = vector(center, "center")
+    return surface if not any(place) else surface.translate(place)

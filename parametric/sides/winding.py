@@ -92,12 +92,17 @@ class Solid:
     def _check_closed(self) -> None:
         if self.shell.closed:
             return
-        edges = self.shell.boundary
         if not self.shell.orientable:
             raise OpenSurfaceError("inside and outside need a shell with two sides, and this one has only one")
+        naked = self.shell.boundary
+        crowded = [edge for edge in self.shell.edges if edge.kind == "crowded" and self.shell.balance(edge)]
+        causes = [f"{len(naked)} naked edges"] if naked else []
+        if crowded:
+            causes.append(f"{len(crowded)} edges of more than two surfaces, not as many to the left as to the right")
+        edges = [*naked, *crowded]
         listed = "; ".join(repr(edge) for edge in edges[:_LISTED]) + ("; ..." if len(edges) > _LISTED else "")
         raise OpenSurfaceError(
-            f"inside and outside need a closed shell, got one with {len(edges)} naked edges: {listed}. "
+            f"inside and outside need a closed shell, got one with {' and '.join(causes)}: {listed}. "
             f"Its winding_number is a fraction"
         )
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.curve import ParametricCurve
-from parametric.parameters import Array, Interval, flatten, to_interval, to_points, to_vector, to_weights
+from parametric.parameters import Array, Interval, check_orders, flatten, to_interval, to_points, to_vector, to_weights
 from parametric.place import check_affine, move
 from parametric.splines import refine
 from parametric.splines.basis import combine_points
@@ -74,6 +74,7 @@ class BSplineCurve(ParametricCurve):
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Array:
         """The derivative of that order, (..., 3). Order 0 is the point itself."""
+        check_orders(order)
         t = self.parameters(t)
         orders = range(order + 1) if self.weights is not None else (order,)
         sums = [self._combine(flatten(t), k) for k in orders]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from parametric.parameters import (
     Array,
     Interval,
+    check_orders,
     flatten,
     from_grid,
     split_axes,
@@ -125,6 +126,7 @@ class BSplineSurface(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3)."""
+        check_orders(i, j)
         a, b = self.parameters(u, v)
         if self.weights is None:
             return self._combine(a, b, i, j)
@@ -132,6 +134,7 @@ class BSplineSurface(ParametricSurface):
 
     def jet(self, u: ArrayLike, v: ArrayLike, order: int = 1) -> Jet:
         """All derivatives (i, j) with i + j <= order, each (..., 3)."""
+        check_orders(order)
         a, b = self.parameters(u, v)
         orders = [(i, k - i) for k in range(order + 1) for i in range(k + 1)]
         sums: Jet = {}

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from parametric.conic import Conic, circular_frame
 from parametric.curve import CurveLike, ParametricCurve, to_curve
-from parametric.parameters import Array, Interval, to_parameters, to_vector
+from parametric.parameters import Array, Interval, check_orders, to_parameters, to_vector
 from parametric.place import rotation, to_direction
 from parametric.splines.bspline import drop
 from parametric.surface import ParametricSurface
@@ -101,6 +101,7 @@ class RevolvedSurface(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3)."""
+        check_orders(i, j)
         a, phi = self.parameters(u, v)
         vectors = self.curve.derivative(a, i) - (self.point if i == 0 else 0.0)
         along = (vectors @ self.direction)[..., None] * self.direction

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from parametric.curve import CurveLike, ParametricCurve, to_curve
 from parametric.differences import differentiate, multiply
-from parametric.parameters import Array, Interval, to_interval, to_vector
+from parametric.parameters import Array, Interval, check_orders, to_interval, to_vector
 from parametric.place import translation
 from parametric.splines.bspline import BSplineCurve
 from parametric.surface import ParametricSurface
@@ -99,6 +99,7 @@ class TransformSweep(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by s: (..., 3)."""
+        check_orders(i, j)
         a, s = self.parameters(u, v)
         point = self.curve.derivative(a, i)
         row = np.concatenate([point, np.full((*point.shape[:-1], 1), float(i == 0))], axis=-1)
@@ -251,6 +252,7 @@ class SweptSurface(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by s: (..., 3)."""
+        check_orders(i, j)
         a, s = self.parameters(u, v)
         vectors = self.section.derivative(a, i) - (self.anchor if i == 0 else 0.0)
         frame = self._placed(s, j)[j]

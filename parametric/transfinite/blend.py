@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parametric.curve import FunctionCurve, ParametricCurve
-from parametric.parameters import Array, Interval
+from parametric.parameters import Array, Interval, check_orders
 from parametric.splines.knots import KnotVector, to_knots
 from parametric.surface import ParametricSurface
 
@@ -145,6 +145,7 @@ class BlendedSurface(ParametricSurface):
 
     def derivative(self, u: ArrayLike, v: ArrayLike, i: int, j: int) -> Array:
         """The partial derivative, i times by u and j times by v: (..., 3)."""
+        check_orders(i, j)
         a, b = self.parameters(u, v)
         total = _weigh(self.g(b, j), [row.derivative(a, i) for row in self.rows])
         if self.f is not None and self.corners is not None:
