@@ -78,3 +78,30 @@ def test_the_mesh_of_four_planes_through_one_point_has_all_of_them() -> None:
     mesh = polygonize(Surface("(x - y)(x + y)(x - 2z)(y - 3z)"), 1.03, resolution=24)
     sides = 2.06**2 * np.array([np.sqrt(2), np.sqrt(2), np.sqrt(1.25), np.sqrt(1 + 1 / 9)])
     assert mesh.area == pytest.approx(sides.sum(), rel=1e-6) and len(mesh.points) == 1
+
+
+@pytest.mark.parametrize("half", [1, 1.03])
+@pytest.mark.parametrize(
+    ("formula", "area"),
+    [
+        ("(x - y)(x + y)(x - z)", 12 * 2**0.5),
+        ("x y (z - x)", 8 + 4 * 2**0.5),
+        ("(x - y)(x + y)(x - z)(y - z)", 16 * 2**0.5),
+    ],
+)
+def test_lines_may_leave_a_cube_through_its_edges_and_corners(formula: str, area: float, half: float) -> None:
+    mesh = polygonize(Surface(formula), half, resolution=24)
+    assert mesh.unresolved is not None and not len(mesh.unresolved)
+    assert mesh.area == pytest.approx(area * half**2, rel=1e-6) and mesh.euler == 1
+
+
+def test_lines_may_run_along_an_edge_of_the_bounds() -> None:
+    mesh = polygonize(Surface("(x - 1)(y - 1)"), 1, resolution=24)
+    assert mesh.unresolved is not None and not len(mesh.unresolved)
+    assert mesh.area == pytest.approx(8, rel=1e-9) and mesh.euler == 1
+    assert len(mesh.curves) == 1 and np.allclose(mesh.vertices[mesh.curves[0]][:, :2], 1, atol=1e-12)
+
+
+def test_a_curved_cuspidal_edge_may_leave_through_an_edge_of_the_bounds() -> None:
+    mesh = polygonize(Surface("(y - x^2)^2 = z^3"), 1, resolution=32)
+    assert mesh.unresolved is not None and not len(mesh.unresolved) and mesh.euler == 1

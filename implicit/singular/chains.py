@@ -13,6 +13,9 @@ from implicit.singular.arcs import Arc, Part
 Floats = NDArray[np.float64]
 End = tuple[int, int]  # arc, 0 at its start or 1 at its end
 
+_STILL = 1e-10
+"""A segment runs along a plane if it leaves it by this share of its length at most."""
+
 
 @dataclass
 class Chain:
@@ -179,10 +182,11 @@ def _inside(a: Floats, b: Floats, bounds: Bounds) -> tuple[float, float] | None:
     else:
         box, step = bounds.corners, b - a
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.where(step != 0, (box - a) / step, np.where((box >= a) == np.array([[False], [True]]), 0, 0))
+            t = (box - a) / step
         t = np.sort(t, axis=0)
-        still = step == 0
-        if np.any(still & ((a < box[0]) | (a > box[1]))):
+        still = np.abs(step) <= _STILL * np.abs(step).max()
+        slack = _STILL * (box[1] - box[0]).max()  # so that a line in a face of the box is in the box
+        if np.any(still & ((a < box[0] - slack) | (a > box[1] + slack))):
             return None
         low, high = float(t[0][~still].max(initial=-np.inf)), float(t[1][~still].min(initial=np.inf))
     low, high = max(low, 0.0), min(high, 1.0)

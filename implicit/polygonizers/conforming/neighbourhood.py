@@ -34,6 +34,8 @@ _MOST_SEEDS = 300
 """If the sweep is too coarse in more places than these, nothing is tried."""
 _HALF = 3**0.5 / 2
 """Half the diagonal of a cell."""
+_ONCE = 1e-6
+"""Walls that are passed so near to each other, as a share of a step between nodes, are passed together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +235,8 @@ def _wall_parameters(local: Local, arc: Arc) -> FloatArray:
         height = wall.heights(local.grid.to_points(arc.nodes))
         k = np.flatnonzero((height[:-1] < 0) != (height[1:] < 0))
         found.append(arc.where(partial(_cells_beyond, local, wall), t[k], t[k + 1]))
-    return np.concatenate(found)
+    passed = np.sort(np.concatenate(found))
+    return passed[np.diff(passed, prepend=-np.inf) > _ONCE]  # an edge of a box is passed once
 
 
 def _cells_beyond(local: Local, wall: Rim, units: FloatArray) -> FloatArray:
