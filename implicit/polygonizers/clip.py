@@ -24,6 +24,8 @@ _NEAR = 0.2
 """Vertices within this share of a cell of the sphere are moved onto it."""
 _ACROSS = 0.7
 """Of a side whose height changes by more than this share of its length only one end is moved."""
+_APART = 1e-6
+"""Vertices within this share of a cell of each other are at one place."""
 _CHORDS = 6
 _HIT = 1e-3
 """A place so near to the wall, as a share of a cell, is where to start for the curve."""
@@ -138,6 +140,8 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     # A surface that touches an edge of a box does not meet both faces there near vertices beside.
     missed = np.flatnonzero(movable)
     missed = missed[~_on_surface(rim, vertices[missed])]
+    movable[missed] = False
+    missed = np.append(missed, _twins(vertices, height, _ends_of(faces, movable), _APART * rim.cell))
     movable[missed], vertices[missed], normals[missed] = False, old[missed], ups[missed]
     known = np.zeros(0, np.int64)
     fresh: tuple[FloatArray, ...] = (old[:0], ups[:0])
@@ -213,9 +217,7 @@ def _behind(vertices: FloatArray, height: FloatArray, faces: IntArray, movable: 
     """Of movable vertices those that would come to the place of others: the farther ends of sides across the wall, and
     the farthest corners of faces that have only such.
     """
-    faces = faces[movable[faces].sum(axis=1) > 1]
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    a, b = ends[movable[ends].all(axis=1)].T
+    a, b = _ends_of(faces, movable)
     across = np.abs(height[a] - height[b]) > _ACROSS * np.linalg.norm(vertices[a] - vertices[b], axis=1)
     behind = np.where(np.abs(height[a]) > np.abs(height[b]), a, b)[across]
     left = movable.copy()
@@ -223,6 +225,21 @@ def _behind(vertices: FloatArray, height: FloatArray, faces: IntArray, movable: 
     flat = faces[left[faces].all(axis=1)]
     farthest = np.abs(height[flat]).argmax(axis=1)
     return np.append(behind, np.take_along_axis(flat, farthest[:, None], axis=1))
+
+
+def _ends_of(faces: IntArray, movable: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
+    """Both ends (n,) of the sides of faces that have two movable ones."""
+    faces = faces[movable[faces].sum(axis=1) > 1]
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    a, b = ends[movable[ends].all(axis=1)].T
+    return a, b
+
+
+def _twins(vertices: FloatArray, height: FloatArray, ends: tuple[IntArray, IntArray], apart: float) -> IntArray:
+    """Of sides whose ends came to one place, as on an edge of a box, the ends that came from farther away."""
+    a, b = ends
+    same = np.linalg.norm(vertices[a] - vertices[b], axis=1) <= apart
+    return np.asarray(np.where(np.abs(height[a]) > np.abs(height[b]), a, b)[same])
 
 
 def _cut(side: NDArray[np.int8], faces: IntArray, height: FloatArray, slack: float) -> tuple[IntArray, IntArray]:
