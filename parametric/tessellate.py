@@ -82,7 +82,10 @@ def tessellate(surface: ParametricSurface | Shell, *, tolerance: float, certifie
 
 
 def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
-    """Split lines until every line and every triangle is within tolerance; each is measured once."""
+    """Split lines until all lines and triangles are within tolerance, and none is another's double.
+
+    Each line and triangle is measured once.
+    """
     measure, limit = triangle_deviations, _SAMPLED * tolerance
     if certified:
         from parametric.tessellation.certificate import certified_deviations
@@ -100,12 +103,31 @@ def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
         ends = net.vertices[net.lines.ends[net.triangles.lines[bad]]]
         longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmax(axis=1)
         marked[net.triangles.lines[bad, longest]] = True
+        if not marked.any():
+            marked = _doubled(net)
         _mark_slivers(net, marked)
         if not marked.any():
             return
         beside = marked[net.triangles.lines].any(axis=1)
         lines, triangles = net.split(marked)
         waiting = np.concatenate([waiting[~beside], np.ones(triangles.size, bool)])
+
+
+def _doubled(net: Triangulation) -> NDArray[np.bool_]:
+    """The lines to split lest two of them be one edge of the mesh, with the triangles of both beside it.
+
+    At a corner of the shell each of two surfaces may cut off the same three vertices of their common edges: the chords
+    across are two lines with the same ends. Their middles are vertices of their own. A line on an edge of the shell
+    may stay if only lines across have its ends.
+    """
+    marked = np.zeros(len(net.lines.home), bool)
+    live = np.unique(net.triangles.lines)
+    ends = np.sort(net.lines.ends[live], axis=1)
+    _, group = np.unique(ends[:, 0] * np.int64(len(net.vertices)) + ends[:, 1], return_inverse=True)
+    on_edge = net.lines.edge[live] >= 0
+    several = np.bincount(group)[group] > 1
+    marked[live] = several & ~(on_edge & (np.bincount(group, on_edge)[group] == 1))
+    return marked
 
 
 def _mark_slivers(net: Triangulation, marked: NDArray[np.bool_]) -> None:
