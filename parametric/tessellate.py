@@ -131,24 +131,28 @@ def _doubled(net: Triangulation) -> NDArray[np.bool_]:
 
 
 def _mark_slivers(net: Triangulation, marked: NDArray[np.bool_]) -> None:
-    """Mark all sides of slivers that have a marked side: cut in one side only, they could leave slivers for ever."""
+    """Mark the longest side, in the domain, of slivers that have a marked side.
+
+    Cut in a shorter side only, they could leave thinner slivers for ever; cut in all, slivers of the same shape.
+    """
     while True:
         sides = marked[net.triangles.lines]
         some = np.flatnonzero(sides.any(axis=1) & ~sides.all(axis=1))
-        slivers = some[_is_sliver(net, some)]
-        if not slivers.size:
+        area, lengths = _domain_sizes(net, some)
+        longest = net.triangles.lines[some, lengths.argmax(axis=1)]
+        new = longest[(area < 0.02 * lengths.max(axis=1, initial=0.0)) & ~marked[longest]]
+        if not new.size:
             return
-        marked[net.triangles.lines[slivers]] = True
+        marked[new] = True
 
 
-def _is_sliver(net: Triangulation, which: Ints) -> NDArray[np.bool_]:
-    """Which triangles are thinner than one to fifty in the domain, its sides taken as equally long."""
+def _domain_sizes(net: Triangulation, which: Ints) -> tuple[Array, Array]:
+    """Twice the areas (n,), and squared lengths (n, 3) of the sides, in the domain, its sides taken as equally long."""
     sizes = np.array([np.ptp(surface.domain, axis=1) for surface in net.shell.surfaces])
     places = corner_places(net, which) / sizes[net.triangles.home[which], None]
-    a, b, c = (places[:, k] for k in range(3))
-    area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    longest = np.max([np.einsum("nc,nc->n", e, e) for e in (b - a, c - b, a - c)], axis=0, initial=0.0)
-    return np.asarray(area < 0.02 * longest)
+    sides = np.roll(places, -1, axis=1) - places
+    area = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+    return area, np.einsum("nkc,nkc->nk", sides, sides)
 
 
 def to_mesh(net: Triangulation) -> SurfaceMesh:
