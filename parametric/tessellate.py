@@ -82,7 +82,10 @@ def tessellate(surface: ParametricSurface | Shell, *, tolerance: float, certifie
 
 
 def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
-    """Split lines until every line and every triangle is within tolerance; each is measured once."""
+    """Split lines until all lines and triangles are within tolerance, and none is another's double.
+
+    Each line and triangle is measured once.
+    """
     measure, limit = triangle_deviations, _SAMPLED * tolerance
     if certified:
         from parametric.tessellation.certificate import certified_deviations
@@ -100,6 +103,8 @@ def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
         ends = net.vertices[net.lines.ends[net.triangles.lines[bad]]]
         longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmax(axis=1)
         marked[net.triangles.lines[bad, longest]] = True
+        if not marked.any():
+            marked = _doubled(net)
         _mark_slivers(net, marked)
         if not marked.any():
             return
@@ -108,25 +113,46 @@ def refine(net: Triangulation, tolerance: float, certified: bool) -> None:
         waiting = np.concatenate([waiting[~beside], np.ones(triangles.size, bool)])
 
 
+def _doubled(net: Triangulation) -> NDArray[np.bool_]:
+    """The lines to split lest two of them be one edge of the mesh, with the triangles of both beside it.
+
+    At a corner of the shell each of two surfaces may cut off the same three vertices of their common edges: the chords
+    across are two lines with the same ends. Their middles are vertices of their own. A line on an edge of the shell
+    may stay if only lines across have its ends.
+    """
+    marked = np.zeros(len(net.lines.home), bool)
+    live = np.unique(net.triangles.lines)
+    ends = np.sort(net.lines.ends[live], axis=1)
+    _, group = np.unique(ends[:, 0] * np.int64(len(net.vertices)) + ends[:, 1], return_inverse=True)
+    on_edge = net.lines.edge[live] >= 0
+    several = np.bincount(group)[group] > 1
+    marked[live] = several & ~(on_edge & (np.bincount(group, on_edge)[group] == 1))
+    return marked
+
+
 def _mark_slivers(net: Triangulation, marked: NDArray[np.bool_]) -> None:
-    """Mark all sides of slivers that have a marked side: cut in one side only, they could leave slivers for ever."""
+    """Mark the longest side, in the domain, of slivers that have a marked side.
+
+    Cut in a shorter side only, they could leave thinner slivers for ever; cut in all, slivers of the same shape.
+    """
     while True:
         sides = marked[net.triangles.lines]
         some = np.flatnonzero(sides.any(axis=1) & ~sides.all(axis=1))
-        slivers = some[_is_sliver(net, some)]
-        if not slivers.size:
+        area, lengths = _domain_sizes(net, some)
+        longest = net.triangles.lines[some, lengths.argmax(axis=1)]
+        new = longest[(area < 0.02 * lengths.max(axis=1, initial=0.0)) & ~marked[longest]]
+        if not new.size:
             return
-        marked[net.triangles.lines[slivers]] = True
+        marked[new] = True
 
 
-def _is_sliver(net: Triangulation, which: Ints) -> NDArray[np.bool_]:
-    """Which triangles are thinner than one to fifty in the domain, its sides taken as equally long."""
+def _domain_sizes(net: Triangulation, which: Ints) -> tuple[Array, Array]:
+    """Twice the areas (n,), and squared lengths (n, 3) of the sides, in the domain, its sides taken as equally long."""
     sizes = np.array([np.ptp(surface.domain, axis=1) for surface in net.shell.surfaces])
     places = corner_places(net, which) / sizes[net.triangles.home[which], None]
-    a, b, c = (places[:, k] for k in range(3))
-    area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    longest = np.max([np.einsum("nc,nc->n", e, e) for e in (b - a, c - b, a - c)], axis=0, initial=0.0)
-    return np.asarray(area < 0.02 * longest)
+    sides = np.roll(places, -1, axis=1) - places
+    area = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+    return area, np.einsum("nkc,nkc->nk", sides, sides)
 
 
 def to_mesh(net: Triangulation) -> SurfaceMesh:

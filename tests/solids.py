@@ -115,3 +115,20 @@ def moebius_patches():
         return reach * np.cos(t), reach * np.sin(t), w * np.sin(t / 2)
 
     return [BezierSurface([[across(k, -1), across(k, 1)], [across(k + 1, -1), across(k + 1, 1)]]) for k in range(4)]
+
+
+def pillow_patches(net, weights=None):
+    """A patch with its boundary in z = 0 and its mirror image: a closed shell with an edge all round."""
+    net = np.asarray(net, dtype=float)
+    return [BezierSurface(net, weights), BezierSurface(net * [1, 1, -1], weights)]
+
+
+def random_pillow(rng, rational=False):
+    """A pillow of degrees 2 to 4 over a square that is not quite one."""
+    p, q = rng.integers(2, 5, 2)
+    net = np.stack(
+        [*np.meshgrid(np.linspace(0, 1, p + 1), np.linspace(0, 1, q + 1), indexing="ij"), np.zeros((p + 1, q + 1))], -1
+    )
+    net[..., :2] += rng.uniform(-0.1, 0.1, (p + 1, q + 1, 2))
+    net[1:-1, 1:-1, 2] = rng.uniform(0.1, 0.6, (p - 1, q - 1))
+    return pillow_patches(net, np.exp(rng.normal(size=(p + 1, q + 1))) if rational else None)

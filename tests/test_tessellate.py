@@ -26,7 +26,16 @@ from parametric import (
     u,
     v,
 )
-from tests.solids import box_patches, disc_patches, hemisphere_patches, random_quilt, reparametrized, torus_patches
+from tests.solids import (
+    box_patches,
+    disc_patches,
+    hemisphere_patches,
+    pillow_patches,
+    random_pillow,
+    random_quilt,
+    reparametrized,
+    torus_patches,
+)
 
 SQUARE = [(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0), (-0.5, -0.5, 0)]
 
@@ -72,6 +81,45 @@ def test_a_long_side_beside_two_short_ones_has_no_cracks():
     patches[10:11] = patches[10].split(u=0.7)
     mesh = tessellate(Shell(patches), tolerance=0.01)
     assert mesh.report().closed and mesh.report().manifold and mesh.report().genus == 1
+
+
+def assert_sphere(mesh):
+    """Two triangles at every edge, in opposite directions, no triangle twice, and Euler characteristic 2."""
+    report = mesh.report()
+    assert report.closed and report.manifold and report.oriented and report.euler == 2
+    assert len(np.unique(np.sort(mesh.faces, axis=1), axis=0)) == len(mesh.faces)
+
+
+@pytest.mark.parametrize("tolerance", [0.2, 0.05, 0.02, 0.01])
+@pytest.mark.parametrize("k", [0.2, 0.3, 0.45])
+def test_two_patches_that_cut_off_the_same_corner_share_no_chord(k, tolerance):
+    net = [
+        [(0, 0, 0), (-k, 0.5, 0), (0, 1, 0)],
+        [(0.5, -k, 0), (0.5, 0.5, 0.2), (0.5, 1 + k, 0)],
+        [(1, 0, 0), (1 + k, 0.5, 0), (1, 1, 0)],
+    ]
+    shell = Shell(pillow_patches(net))
+    mesh = tessellate(shell, tolerance=tolerance)
+    assert_sphere(mesh)
+    assert_within(shell, mesh, tolerance, 500)
+
+
+@pytest.mark.parametrize("weight", [1e2, 1e4])
+def test_pillows_with_a_heavy_corner_are_spheres(weight):
+    x, y = np.meshgrid(np.arange(4) / 3, np.arange(4) / 3, indexing="ij")
+    net, weights = np.stack([x, y, np.pad(np.full((2, 2), 0.5), 1)], -1), np.ones((4, 4))
+    weights[0, 0] = weight
+    for tolerance in (0.02, 0.005, 0.001):
+        assert_sphere(tessellate(Shell(pillow_patches(net, weights)), tolerance=tolerance))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**31), st.booleans(), st.booleans(), st.floats(0.005, 0.3))
+def test_random_pillows_are_spheres(seed, rational, certified, tolerance):
+    shell = Shell(random_pillow(np.random.default_rng(seed), rational))
+    mesh = tessellate(shell, tolerance=tolerance, certified=certified)
+    assert_sphere(mesh)
+    assert_within(shell, mesh, tolerance, 100)
 
 
 def test_a_closed_shell_has_positive_volume_whichever_way_it_was_built():

@@ -12,6 +12,7 @@ from parametric.parameters import Array
 from parametric.shell import Shell
 from parametric.surface import ParametricSurface
 from parametric.tessellation.fill import Border, Corner, Filler, Pair
+from parametric.tessellation.samples import ENDS_AND_BETWEEN
 
 
 @dataclass
@@ -143,11 +144,10 @@ def first_splits(surface: ParametricSurface, tolerance: float) -> tuple[Array, A
 
 def _is_straight(surface: ParametricSurface, axis: int, tolerance: float) -> bool:
     """Whether the curves along one axis are straight, and evenly parametrized, between the breaks, at samples."""
-    along, across = surface.breaks[axis], surface.domain[1 - axis]
-    t = (along[:-1, None] + np.diff(along)[:, None] * np.linspace(0, 1, 17)).ravel()
-    s = np.linspace(*across, 17)
+    along, (low, high) = surface.breaks[axis], surface.domain[1 - axis]
+    t = (along[:-1, None] + np.diff(along)[:, None] * ENDS_AND_BETWEEN).ravel()
+    s = low + (high - low) * ENDS_AND_BETWEEN
     points = surface.grid(t, s) if axis == 0 else np.swapaxes(surface.grid(s, t), 0, 1)
     spans = points.reshape(len(along) - 1, 17, 17, 3)
-    fractions = np.linspace(0, 1, 17)[:, None, None]
-    chords = spans[:, :1] + fractions * (spans[:, -1:] - spans[:, :1])
+    chords = spans[:, :1] + ENDS_AND_BETWEEN[:, None, None] * (spans[:, -1:] - spans[:, :1])
     return bool(np.abs(spans - chords).max() <= tolerance)

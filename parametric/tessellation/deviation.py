@@ -5,25 +5,39 @@ from numpy.typing import NDArray
 
 from parametric.parameters import Array
 from parametric.tessellation.distance import farthest
+from parametric.tessellation.samples import ALONG, CLOSELY, INSIDE
 from parametric.tessellation.triangulation import Triangulation
 
 Ints = NDArray[np.int64]
-ALONG = np.array([0.25, 0.5, 0.75])
-INSIDE = np.array([[1, 1, 1], [1.8, 0.6, 0.6], [0.6, 1.8, 0.6], [0.6, 0.6, 1.8]]) / 3
+_UNEVEN = 0.1
+"""Feet of samples on a line may be off by this part of it before the line is looked at more closely."""
 
 
 def line_deviations(net: Triangulation, which: Ints) -> Array:
-    """The largest distance from lines (n,) of the surface at three points along each."""
+    """The largest distance from lines (n,) of the surface at three points along each, or sixteen where it is bent.
+
+    The curve over a short line runs along it almost evenly; where it does not, three points say little.
+    """
+    off, lag = _from_lines(net, which, ALONG)
+    uneven = np.flatnonzero(lag > _UNEVEN)
+    if uneven.size:
+        off[uneven] = np.maximum(off[uneven], _from_lines(net, which[uneven], CLOSELY)[0])
+    return off
+
+
+def _from_lines(net: Triangulation, which: Ints, along: Array) -> tuple[Array, Array]:
+    """For lines (n,): the largest distance of the surface at parameters `along`, and how far feet are from there."""
     lines = net.lines
     a, b = (net.vertices[lines.ends[which, end]] for end in (0, 1))
     start, end = lines.places[which, 0], lines.places[which, 1]
-    places = start + ALONG[:, None, None] * (end - start)
+    places = start + along[:, None, None] * (end - start)
     step = b - a
     squared = np.maximum(np.einsum("nc,nc->n", step, step), 1e-300)
     away = _evaluate(net, lines.home[which], places) - a
-    along = np.clip(np.einsum("knc,nc->kn", away, step) / squared, 0, 1)
-    away -= along[..., None] * step
-    return np.asarray(np.sqrt(np.einsum("knc,knc->kn", away, away).max(axis=0)))
+    feet = np.clip(np.einsum("knc,nc->kn", away, step) / squared, 0, 1)
+    away -= feet[..., None] * step
+    off = np.sqrt(np.einsum("knc,knc->kn", away, away).max(axis=0))
+    return np.asarray(off), np.abs(feet - along[:, None]).max(axis=0)
 
 
 def _evaluate(net: Triangulation, home: Ints, places: Array) -> Array:

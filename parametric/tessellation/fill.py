@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parametric.surface import ParametricSurface
+from parametric.tessellation.samples import ALONG
 
 if TYPE_CHECKING:
     from parametric.tessellation.cells import Cells
@@ -169,11 +170,14 @@ class Filler:
         self._emit([c[0], c[2], c[3]], [diagonal, r[2], r[3]])
 
     def _nearer(self, corners: list[Corner]) -> int:
-        """0 if the diagonal from the first corner has its middle nearer to the surface than the other, else 1."""
-        middles = np.array([[c.place for c in corners[::2]], [c.place for c in corners[1::2]]]).mean(axis=1)
-        places = self.surface(middles[:, 0], middles[:, 1])
-        ends = [np.asarray(self.cells.vertices[c.vertex]) for c in corners]
-        off = [np.linalg.norm(places[d] - (ends[d] + ends[d + 2]) / 2) for d in (0, 1)]
+        """0 if the diagonal from the first corner is nearer to the surface at samples than the other, else 1."""
+        off = []
+        for a, b in (corners[::2], corners[1::2]):
+            t = ALONG[:, None]
+            places = (1 - t) * a.place + t * b.place
+            ends = [np.asarray(self.cells.vertices[c.vertex]) for c in (a, b)]
+            away = self.surface(places[:, 0], places[:, 1]) - ((1 - t) * ends[0] + t * ends[1])
+            off.append(np.linalg.norm(away, axis=1).max())
         return 0 if off[0] <= off[1] else 1
 
     def _fan(self, outline: list[tuple[Corner, Corner, int, int]], cell: tuple[int, int]) -> None:
