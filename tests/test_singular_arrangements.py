@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from implicit import Surface, polygonize, singularities
+from implicit import Ball, Box, Surface, polygonize, singularities
+from implicit.topology import find_edges
 
 Plane = tuple[Fraction, Fraction, Fraction, Fraction]
 Line = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -105,3 +106,41 @@ def test_lines_may_run_along_an_edge_of_the_bounds() -> None:
 def test_a_curved_cuspidal_edge_may_leave_through_an_edge_of_the_bounds() -> None:
     mesh = polygonize(Surface("(y - x^2)^2 = z^3"), 1, resolution=32)
     assert mesh.unresolved is not None and not len(mesh.unresolved) and mesh.euler == 1
+
+
+@pytest.mark.parametrize(
+    ("formula", "ball", "cells"),
+    [
+        ("x y z", Ball(0.5, (0.3, 0.5, 0.3)), 16),
+        ("(x - y)(x + y)(x - z)", Ball(0.5, (0, 0, -1)), 16),
+        ("(x - y)(x + y)(x - z)", Ball(1, (-1, -1, 0)), 25),
+        ("(x - y)(x + y)(x - z)", Ball(1, (0.5, 0.5, -1)), 25),
+    ],
+)
+def test_lines_may_meet_just_outside_the_bounds(formula: str, ball: Ball, cells: int) -> None:
+    """The discs in which the planes meet the ball; their lines meet a few cells beyond."""
+    normals = np.eye(3) if formula == "x y z" else np.array([(1, -1, 0), (1, 1, 0), (1, 0, -1)]) / np.sqrt(2)
+    discs = np.pi * (ball.radius**2 - (normals @ ball.center) ** 2)
+    mesh = polygonize(Surface(formula), ball, resolution=cells)
+    assert mesh.unresolved is not None and not len(mesh.unresolved) and not mesh.report().degenerate_faces
+    assert mesh.area == pytest.approx(discs[discs > 0].sum(), rel=0.02)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from(["x^2 + y^2 = z^2", "x^2 = y^2 z", "x^2 + y^2 + z^3", "(x^2 + y^2 - z^2)(z - 0.5)", "x^2 = y^3"]),
+    *[st.tuples(*[st.sampled_from(ends)] * 3) for ends in ([-1.5, -1, -0.5, -1.03], [0.5, 1, 1.5, 1.11])],
+    st.sampled_from([16, 20, 25]),
+)
+def test_cut_at_any_box_there_is_no_face_without_area_and_no_rim_inside(
+    formula: str, lower: tuple[float, ...], upper: tuple[float, ...], cells: int
+) -> None:
+    surface, bounds = Surface(formula), Box(lower, upper)
+    mesh = polygonize(surface, bounds, resolution=cells)
+    assert mesh.unresolved is not None and not len(mesh.unresolved) and not mesh.report().degenerate_faces
+    edges = find_edges(mesh.faces, len(mesh.vertices))
+    rim = np.unique(np.stack(np.divmod(edges.keys[edges.uses == 1], edges.size)))
+    rim = np.setdiff1d(rim, np.concatenate([mesh.points, *mesh.curves]))
+    corners = bounds.corners
+    assert bounds.contains(mesh.vertices).all()
+    assert (np.minimum(mesh.vertices[rim] - corners[0], corners[1] - mesh.vertices[rim]).min(axis=1) == 0).all()

@@ -33,7 +33,7 @@ _BEYOND = 8.2
 
 def isolated_points(local: Local, locus: SingularLocus) -> FloatArray:
     """The isolated singular points (n, 3) in the bounds or close to them, each once."""
-    points = _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3))
+    points = _near(local, np.array([point.position for point in locus.points]).reshape(-1, 3), 2)
     return points[apart(local.grid.to_units(points), SAME)]
 
 
@@ -109,9 +109,9 @@ def resolve(
 def _others(local: Local, locus: SingularLocus, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Special points, those given among them, and places a cell apart on singular curves (n, 3), in lattice units."""
     none = np.zeros((0, 3))
-    on_curves = _near(local, np.concatenate([none, *(curve.special for curve in locus.curves)]))
+    on_curves = _near(local, np.concatenate([none, *(curve.special for curve in locus.curves)]), _BEYOND)
     lines = [_even(curve.polyline, local.grid.step) for curve in locus.curves]
-    nodes = _near(local, np.concatenate([none, *lines]))
+    nodes = _near(local, np.concatenate([none, *lines]), 2)
     to_units = local.grid.to_units
     special = to_units(np.concatenate([points, on_curves]))
     return special[apart(special, SAME)], to_units(nodes)
@@ -130,6 +130,6 @@ def _gap(block: Block, units: FloatArray) -> float:
     return float(away.min(initial=np.inf))
 
 
-def _near(local: Local, points: FloatArray) -> FloatArray:
-    """The points less than two cells outside the bounds."""
-    return points[local.heights(local.grid.to_units(points)) < 2] if len(points) else points
+def _near(local: Local, points: FloatArray, cells: float) -> FloatArray:
+    """The points less than so many cells outside the bounds."""
+    return points[local.heights(local.grid.to_units(points)) < cells] if len(points) else points
