@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.domain import Bounds
-from implicit.singular.chains import distance, within
+from implicit.singular.chains import within
 from implicit.singular.coincide import coincide
 from implicit.singular.curves import Curves, find_curves
 from implicit.singular.degenerate import LonelyPoint, settle
@@ -33,6 +33,7 @@ class Investigation:
         self.points: list[SingularPoint] = []
         self.alone: list[CriticalPoint | LonelyPoint] = []  # what was found, each with a region where it is alone
         self.curves: list[SingularCurve] = []
+        self.doubtful = np.zeros((0, 2, 3))  # boxes round points on curves that could not be told apart
 
     def locus(self) -> SingularLocus:
         """Everything that was found."""
@@ -42,7 +43,7 @@ class Investigation:
             self._add(node.point.position, node.exact, "A1", 1)
         boxes = search.open_boxes()
         if len(boxes) and not self.deadline.passed:
-            boxes = self._explain(boxes)
+            boxes = np.concatenate([self._explain(boxes), self.doubtful])
         boxes.flags.writeable = False
         complete = len(boxes) == 0
         return SingularLocus(tuple(self.points), tuple(self.curves), boxes, complete)
@@ -93,13 +94,11 @@ class Investigation:
             for array in (c.polyline, c.special, c.leaves):
                 array.flags.writeable = False
             self.curves.append(SingularCurve(c.polyline, c.closed, c.expression, c.special, c.leaves))
-        for p in curves.solitary:
-            if not self._on_curves(p):
-                self._add(p, None, None, None)
-
-    def _on_curves(self, point: Floats) -> bool:
-        reach = 2e-6 * self.bounds.size
-        return any(distance(point, c.polyline) < reach for c in self.curves)
+        lone, unknown = curves.lone_points(self.deadline)
+        for p in lone:
+            self._add(p, None, None, None)
+        reach = np.array([[-curves.reach], [curves.reach]])
+        self.doubtful = np.array([p + reach for p in unknown]).reshape(-1, 2, 3)
 
     def _add_exact(self, point: ExactPoint, twist: Twist) -> None:
         """An isolated point that algebra has found; its type does not depend on coordinates."""
