@@ -46,16 +46,15 @@ class Curve:
 
 @dataclass(frozen=True)
 class Curves:
-    """All singular curves in the bounds, lone real points of complex ones, and equations of all complex ones.
+    """All singular curves in the bounds, and all complex ones with their equations and lone real points.
 
-    `branches` hold the real curves beyond the bounds too, `whole` is all complex ones together; `touching` are points
-    where curves touch the boundary from outside.
+    `branches` hold the real curves beyond the bounds too; `touching` are points where curves touch the boundary from
+    outside.
     """
 
     curves: list[Curve]
     branches: list[Branch]
     touching: list[Floats]
-    whole: Part
     twist: Twist
     reach: float  # nearer to a line a point may be on it
 
@@ -131,7 +130,7 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
             curves.append(_curve(piece, expression, form, size))
     for chain in chains:
         branches[parts.index(chain.part)].lines.append(_cycle(chain.polyline, chain.closed))
-    return Curves(curves, branches, _touching(chains, curves, bounds), whole, twist, 2e-6 * size)
+    return Curves(curves, branches, _touching(chains, curves, bounds), twist, 2e-6 * size)
 
 
 def _turning(chain: Chain, special: list[Floats], form: Form, values: Values, box: Floats) -> list[Place]:
