@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from implicit import NotPolynomialError, Surface, implicitize, parametrize, x, y, z
+from implicit.parametrize.chart import make_chart, u, v, verify
 
 QUADRICS = {
     "ellipsoid": "x^2/4 + y^2/9 + z^2 = 1",
@@ -113,6 +114,73 @@ def test_monoids():
     assert_on(parametrize(cayley), cayley)
     quartic = Surface("(x - 1)^4 + y^4 + z^4 + (x - 1) y z")
     assert_on(parametrize(quartic), quartic)
+
+
+def assert_parametrizes(chart, surface):
+    """f o S = 0, exactly, and the derivatives of S are independent, at places of small rational parameters."""
+    jacobian = sympy.Matrix(chart.coordinates).jacobian(chart.parameters)
+    for a, b in ((2, 3), (-3, 5), (4, -7)):
+        place = dict(zip(chart.parameters, (sympy.Rational(a, 5), sympy.Rational(b, 11)), strict=True))
+        point = dict(zip((x, y, z), (c.subs(place) for c in chart.coordinates), strict=True))
+        assert sympy.expand(surface.expression.subs(point)) == 0
+        assert jacobian.subs(place).rank() == 2
+
+
+def affine_image(expression, seed):
+    """The expression in random affine coordinates with rational coefficients."""
+    random = np.random.default_rng(seed)
+    matrix = sympy.Matrix(random.integers(-2, 3, (3, 3))) / int(random.integers(1, 4))
+    if matrix.det() == 0:
+        matrix += 7 * sympy.eye(3)
+    moved = matrix * sympy.Matrix([x, y, z]) + sympy.Matrix(random.integers(-3, 4, 3)) / int(random.integers(1, 4))
+    return sympy.expand(expression.subs(dict(zip((x, y, z), moved, strict=True)), simultaneous=True))
+
+
+COEFFICIENTS = st.integers(-3, 3)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.dictionaries(st.tuples(st.integers(0, 3), st.integers(0, 3)), COEFFICIENTS, max_size=5), st.integers(0, 10**6)
+)
+def test_graphs_of_polynomials_are_monoids_in_any_position(terms, seed):
+    """z = p(x, y) has a point of multiplicity d - 1 at infinity."""
+    graph = z - x**3 - sum(c * x**i * y**j for (i, j), c in terms.items() if i + j <= 4)
+    for expression in (graph, affine_image(graph, seed)):
+        chart = parametrize(Surface(expression))
+        assert_parametrizes(chart, Surface(expression))
+
+
+@settings(max_examples=4, deadline=None)
+@given(st.integers(3, 4), st.integers(0, 10**6))
+def test_monoids_whose_vertices_fill_a_line(degree, seed):
+    """x^d = y^(d - 1) z has multiplicity d - 1 along x = y = 0, but d at the origin."""
+    cone = x**degree - y ** (degree - 1) * z
+    for expression in (cone, affine_image(cone, seed)):
+        chart = parametrize(Surface(expression))
+        assert chart.kind == "monoid"
+        assert_parametrizes(chart, Surface(expression))
+
+
+@pytest.mark.parametrize("text", ["x^3 = y^2 z", "z = x^3 - 3x y^2", "z = x^4 + y", "x^2 y = z", "x y z = 1"])
+def test_monoids_with_vertices_at_infinity_or_on_a_line(text):
+    chart = parametrize(Surface(text))
+    assert chart.kind == "monoid"
+    assert_parametrizes(chart, Surface(text))
+    same_surface(chart, Surface(text))
+
+
+def test_a_vertex_at_infinity_in_an_irrational_direction():
+    """f = w^3 + s, where s changes along (1, 0, sqrt(2)) and w does not."""
+    surface = Surface(sympy.expand((z - sympy.sqrt(2) * x) ** 3 + y**3 + x))
+    assert_parametrizes(parametrize(surface), surface)
+
+
+def test_charts_are_verified():
+    sphere = Surface("x^2 + y^2 + z^2 = 1").polynomial
+    for wrong in ((u, v, u * v), (sympy.cos(u), sympy.sin(u), v), (1, 0, 0), (sympy.cos(u + v), sympy.sin(u + v), 0)):
+        with pytest.raises(ArithmeticError, match="does not satisfy"):
+            verify(sphere, make_chart(wrong, ((0, 1), (0, 1)), "sphere"))
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,8 @@ def parametrize(surface: Surface) -> Chart:
     """A parametrization of an algebraic surface, exactly: f(x(u, v), y(u, v), z(u, v)) = 0.
 
     Planes, quadrics of all types (those with straight lines along them), tori and quartic Dupin cyclides, surfaces of
-    revolution of rational curves about any axis, and monoids: degree d with a point of multiplicity d - 1.
+    revolution of rational curves about any axis, and monoids: degree d with a point of multiplicity d - 1, which may be
+    at infinity, as it is for graphs z = p(x, y).
 
     Raises
     ------

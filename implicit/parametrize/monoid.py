@@ -1,4 +1,7 @@
-"""Monoids: a surface of degree d with a point of multiplicity d - 1 meets each line through it in one more point."""
+"""Monoids: a surface of degree d with a point of multiplicity d - 1 meets each line through it in one more point.
+
+Where that point, the vertex, is at infinity the lines are parallel, and f is of degree 1 along them, as for graphs.
+"""
 
 from collections.abc import Iterator, Sequence
 from itertools import product
@@ -8,9 +11,13 @@ import sympy
 from implicit.language.trees import x, y, z
 from implicit.parametrize.chart import Chart, make_chart, u, v
 
+_DOMAIN = ((-1.0, 1.0), (-1.0, 1.0))
+_SAMPLES = (0, 1, -1, 2, -2)
+"""Where vertices fill a line, at most one point of it is of multiplicity d and no vertex."""
+
 
 def parametrize_monoid(expression: sympy.Expr) -> Chart | None:
-    """The chart of a monoid, from its vertex along the lines (u, v, 1); None if no such point is found."""
+    """The chart of a monoid, from its vertex along the lines (u, v, 1), or along parallels; None if none is found."""
     for vertex in vertices(expression, (x, y, z)):
         forms = _forms(expression, (x, y, z), vertex)
         if forms is None:
@@ -20,8 +27,41 @@ def parametrize_monoid(expression: sympy.Expr) -> Chart | None:
             continue
         along, (g, h) = direction
         coordinates = [c - w * g / h for c, w in zip(vertex, along, strict=True)]
-        return make_chart([sympy.together(c) for c in coordinates], ((-1.0, 1.0), (-1.0, 1.0)), "monoid")
-    return None
+        return make_chart([sympy.together(c) for c in coordinates], _DOMAIN, "monoid")
+    charts = (_along_parallels(expression, direction) for direction in directions(expression))
+    return next((chart for chart in charts if chart is not None), None)
+
+
+def directions(expression: sympy.Expr) -> Iterator[tuple[sympy.Expr, ...]]:
+    """Real directions w with (w . grad)^2 f = 0: vertices at infinity, those with rational coordinates first."""
+    (a, b), one, zero = sympy.symbols("a b", real=True), sympy.Integer(1), sympy.Integer(0)
+    form = sympy.hessian(expression, (x, y, z))
+    found: list[tuple[sympy.Expr, ...]] = []
+    for direction, names in (((a, b, one), (a, b)), ((a, one, zero), (a,)), ((one, zero, zero), ())):
+        w = sympy.Matrix(direction)
+        bend = sympy.Poly(sympy.expand((w.T * form * w)[0]), x, y, z)
+        system = [c for c in (sympy.expand(c) for c in bend.coeffs()) if c != 0]
+        if not system:
+            found += _samples({}, direction)
+        elif not any(not c.free_symbols for c in system):
+            for solution in sympy.solve(sorted(system, key=sympy.count_ops), names, dict=True):
+                found += _samples(solution, direction)
+    yield from _rational_first(found)
+
+
+def _along_parallels(expression: sympy.Expr, direction: Sequence[sympy.Expr]) -> Chart | None:
+    """The chart p + s w with p in a plane of two axes, where f = level + s slope; None where the slope is 0."""
+    s = sympy.Dummy("s", real=True)
+    lead = next(k for k in reversed(range(3)) if direction[k] != 0)
+    start: list[sympy.Expr] = [u, v]
+    start.insert(lead, sympy.Integer(0))
+    line = {name: p + s * w for name, p, w in zip((x, y, z), start, direction, strict=True)}
+    powers = sympy.Poly(sympy.expand(expression.subs(line, simultaneous=True)), s)
+    slope, level = (sympy.simplify(powers.coeff_monomial(m)) for m in (s, 1))
+    if slope == 0:
+        return None
+    coordinates = [sympy.together(p - w * level / slope) for p, w in zip(start, direction, strict=True)]
+    return make_chart(coordinates, _DOMAIN, "monoid")
 
 
 def vertices(expression: sympy.Expr, names: Sequence[sympy.Symbol]) -> Iterator[tuple[sympy.Expr, ...]]:
@@ -37,13 +77,37 @@ def vertices(expression: sympy.Expr, names: Sequence[sympy.Symbol]) -> Iterator[
     system = [e for e in (sympy.expand(e) for e in system) if e != 0]
     if any(not e.free_symbols for e in system):
         return
+    found: list[tuple[sympy.Expr, ...]] = []
+    for solution in sympy.solve(sorted(_radical(system, names), key=sympy.count_ops), names, dict=True):
+        found += _samples(solution, names)
+    yield from _rational_first(found)
+
+
+def _radical(system: list[sympy.Expr], names: Sequence[sympy.Symbol]) -> list[sympy.Expr]:
+    """Equations over Q without powers in their basis, which makes those of a line linear; others as they are."""
+    if not all(c.is_Rational for e in system for c in sympy.Poly(e, *names).coeffs()):
+        return system
+    while True:
+        basis = list(sympy.groebner(system, *names, order="lex").exprs)
+        system = [sympy.sqf_part(e, *names) if e.free_symbols else e for e in basis]
+        if system == basis:
+            return basis
+
+
+def _samples(solution: dict[sympy.Symbol, sympy.Expr], point: Sequence[sympy.Expr]) -> list[tuple[sympy.Expr, ...]]:
+    """Real values of a point whose coordinates a solution gives; names that are left over take some small values."""
+    point = [sympy.expand(c.subs(solution)) for c in point]
+    free = sorted(set().union(*(c.free_symbols for c in point)), key=str)
     found = []
-    for solution in sympy.solve(sorted(system, key=sympy.count_ops), names, dict=True):
-        point = [sympy.expand(solution.get(s, s)) for s in names]
-        point = [sympy.simplify(c.subs(dict.fromkeys(names, 0))) for c in point]
-        if all(c.is_real for c in point):
-            found.append(tuple(point))
-    yield from sorted(dict.fromkeys(found), key=lambda p: (not all(c.is_Rational for c in p), sympy.count_ops(p)))
+    for values in product(_SAMPLES, repeat=len(free)):
+        place = tuple(sympy.simplify(c.subs(dict(zip(free, values, strict=True)))) for c in point)
+        if all(c.is_real for c in place):
+            found.append(place)
+    return found
+
+
+def _rational_first(points: list[tuple[sympy.Expr, ...]]) -> list[tuple[sympy.Expr, ...]]:
+    return sorted(dict.fromkeys(points), key=lambda p: (not all(c.is_Rational for c in p), sympy.count_ops(p)))
 
 
 def _forms(

@@ -14,12 +14,12 @@ from implicit.singular.conic import shape_of, t
 from implicit.singular.derivatives import Values
 from implicit.singular.exact import ExactPoint
 from implicit.singular.form import Form
-from implicit.singular.ideal import singular_equations
 from implicit.singular.intersection import Shape, containing
 from implicit.singular.leaves import count_leaves, leaf_changes, turning_points
+from implicit.singular.lone import Branch, sort_lone
 from implicit.singular.projection import project
 from implicit.singular.region import Deadline
-from implicit.singular.rest import real_points, solve
+from implicit.singular.rest import real_points
 from implicit.singular.transversal import kind_changes
 from implicit.singular.twist import Twist, untwist
 
@@ -46,34 +46,50 @@ class Curve:
 
 @dataclass(frozen=True)
 class Curves:
-    """All singular curves in the bounds, lone real points of complex ones, and equations of all complex ones.
+    """All singular curves in the bounds, and all complex ones with their equations and lone real points.
 
-    `lines` are the real curves beyond the bounds too, `whole` is all complex ones together.
+    `branches` hold the real curves beyond the bounds too; `touching` are points where curves touch the boundary from
+    outside.
     """
 
     curves: list[Curve]
-    lines: list[Floats]
-    solitary: list[Floats]
-    shapes: list[Shape]
-    whole: Part
+    branches: list[Branch]
+    touching: list[Floats]
     twist: Twist
-    reach: float  # nearer to a line a point is on it
+    reach: float  # nearer to a line a point may be on it
+
+    @property
+    def shapes(self) -> list[Shape]:
+        """The equations of each complex curve."""
+        return [branch.shape for branch in self.branches]
+
+    @property
+    def lines(self) -> list[Floats]:
+        """The real curves."""
+        return [line for branch in self.branches for line in branch.lines]
+
+    def lone_points(self, deadline: Deadline) -> tuple[list[Floats], list[Floats]]:
+        """The lone points that are on no real curve, and places that could not be decided."""
+        clear, unknown = sort_lone(self.branches, self.twist, self.reach, deadline)
+        lines = [c.polyline for c in self.curves]
+        return clear + [p for p in self.touching if all(distance(p, line) > self.reach for line in lines)], unknown
 
     def other_points(self, deadline: Deadline) -> list[ExactPoint] | None:
         """All real singular points off the curves, in the coordinates of `twist`, if they could be found exactly."""
-        form, degree = self.twist.form, self.whole.polynomial.total_degree()
-        around = next(filter(None, (containing(self.whole, n) for n in range(1, degree + 1))), [])
-        found = real_points(form, deadline, [shape.equations for shape in self.shapes], around)
-        for shape in self.shapes:
-            if shape.upright and found is not None:
-                over = solve(form, [*singular_equations(form), *around, *shape.upright])
-                found = None if over is None else [*found, *(p for p in over if not self._on_lines(p))]
+        around = self.branches[0].around if self.branches else []
+        found = real_points(self.twist.form, deadline, [shape.equations for shape in self.shapes], around)
+        for branch in self.branches:
+            if branch.shape.upright and found is not None:
+                over = branch.over
+                found = None if over is None else [*found, *(p for p in over if not self._on_curves(p))]
         return found
 
-    def _on_lines(self, point: ExactPoint) -> bool:
+    def _on_curves(self, point: ExactPoint) -> bool:
         place = self.twist.outside(np.array(point.position))
-        near = [line for line in (*self.lines, *(p[None] for p in self.solitary)) if len(line)]
-        return any(distance(place, np.concatenate([line, line[-1:]])) < self.reach for line in near)
+        near = any(b.near(place, self.reach) for b in self.branches) or any(
+            float(np.linalg.norm(place - p)) < self.reach for b in self.branches for p in b.lone
+        )
+        return near and any(b.carries(point) for b in self.branches)
 
 
 def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None:
@@ -86,16 +102,17 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
     turn = twist.matrix @ np.array(projection.turn)
     parts = [Part(p, twist.form.field, turn, twist.shift) for p in projection.parts]
     whole = Part(projection, twist.form.field, turn, twist.shift)
-    shapes: list[Shape] = [shape_of(part) for part in parts]
+    degree = projection.plane.total_degree()
+    around = next(filter(None, (containing(whole, n) for n in range(1, degree + 1))), [])
+    branches = [Branch(part, shape_of(part), twist.form, around) for part in parts]
     arcs: list[Arc] = []
-    solitary: list[Floats] = []
-    for part in parts:
+    for part, branch in zip(parts, branches, strict=True):
         breaks = breaks_of(part, parts, plane_range(turn, box - twist.shift))
         found = trace(part, breaks, _CHORD * size, size / 32, deadline)
         if found is None:
             return None
         arcs.extend(found)
-        solitary.extend(p for p in part.solitary(breaks) if bounds.contains(p))
+        branch.lone.extend(p for p in part.solitary(breaks) if bounds.contains(p))
     chains, crossings = join(arcs, _JOIN * size)
     values = Values(form)
     special = [*crossings]
@@ -108,12 +125,12 @@ def find_curves(form: Form, bounds: Bounds, deadline: Deadline) -> Curves | None
         for piece in clip(chain, bounds, np.array(special).reshape(-1, 3)):
             if piece.closed and np.ptp(piece.polyline, axis=0).max() < _JOIN * size:
                 continue  # arcs between nodes of one special point
-            shape = shapes[parts.index(chain.part)]
+            shape = branches[parts.index(chain.part)].shape
             expression = _nearest([twist.expression(e) for e in shape.expressions], piece.polyline)
             curves.append(_curve(piece, expression, form, size))
-    solitary += _touching(chains, curves, bounds)
-    lines = [_cycle(chain.polyline, chain.closed) for chain in chains]
-    return Curves(curves, lines, solitary, shapes, whole, twist, 2e-6 * size)
+    for chain in chains:
+        branches[parts.index(chain.part)].lines.append(_cycle(chain.polyline, chain.closed))
+    return Curves(curves, branches, _touching(chains, curves, bounds), twist, 2e-6 * size)
 
 
 def _turning(chain: Chain, special: list[Floats], form: Form, values: Values, box: Floats) -> list[Place]:

@@ -6,7 +6,8 @@ import numpy as np
 from flint import arb, fmpq, fmpq_poly
 from numpy.typing import NDArray
 
-from implicit.singular.exact import ExactPoint, propose
+from implicit.singular.coincide import coincide
+from implicit.singular.exact import BITS, ExactPoint, propose
 from implicit.singular.form import Form, precision
 from implicit.singular.germ import Germ
 from implicit.singular.lonely import lonely_radius
@@ -31,6 +32,14 @@ class LonelyPoint:
     radius: float
     axes: Floats
 
+    def holds(self, place: Point) -> bool:
+        """Whether an enclosure lies in that parallelepiped."""
+        with precision(BITS):
+            steps = [a - b for a, b in zip(place, self.germ.point.value(BITS), strict=True)]
+            rows = np.linalg.inv(self.axes)
+            along = [sum((float(c) * s for c, s in zip(row, steps, strict=True)), arb(0)) for row in rows]
+            return all(bool(abs(a) < 0.999 * self.radius) for a in along)
+
     def covers(self, corners: Floats) -> NDArray[np.bool_]:
         """Which boxes (K, 2, 3) lie in that parallelepiped."""
         center = np.array([float(c.mid()) for c in self.germ.point.value(64)])
@@ -50,7 +59,7 @@ def settle(form: Form, corners: Floats, deadline: Deadline) -> tuple[list[Lonely
             break
         point = locate(jet, corners[todo[int(np.argmax(_remoteness(corners[todo].mean(axis=1), found)))]])
         germ = Germ(form, point) if point else None
-        if germ is None or germ.milnor is None or any(_equal(germ.point, other.germ.point) for other in found):
+        if germ is None or germ.milnor is None or any(coincide(germ.point, other.germ.point) for other in found):
             break
         lonely = LonelyPoint(germ, *lonely_radius(germ))
         covered = lonely.covers(corners)
@@ -69,10 +78,6 @@ def _remoteness(centers: Floats, found: list[LonelyPoint]) -> Floats:
         far = np.linalg.norm(centers - place, axis=1)
         apart = far if lonely is found[0] else np.minimum(apart, far)
     return apart
-
-
-def _equal(p: ExactPoint, q: ExactPoint) -> bool:
-    return p.modulus == q.modulus and p.coordinates == q.coordinates
 
 
 def locate(jet: Jet, box: Floats) -> ExactPoint | None:

@@ -154,12 +154,13 @@ def to_sympy(number: fmpq_poly, modulus: fmpq_poly, value: arb) -> sympy.Expr:
     """A polynomial in theta as a sympy number: rational, with square roots, or a root of its minimal polynomial."""
     if number.degree() < 1:
         return sympy.Rational(int(number[0].p), int(number[0].q))
-    minimal = _minimal(number, modulus, value)
-    below = sum(1 for r in _real_roots(minimal) if r < value and not r.overlaps(value))
-    return _root(tuple(int(c) for c in minimal.coeffs()), below)
+    polynomial = minimal(number, modulus, value)
+    below = sum(1 for r in _real_roots(polynomial) if r < value and not r.overlaps(value))
+    return _root(tuple(int(c) for c in polynomial.coeffs()), below)
 
 
-def _minimal(number: fmpq_poly, modulus: fmpq_poly, value: arb) -> fmpz_poly:
+def minimal(number: fmpq_poly, modulus: fmpq_poly, value: arb) -> fmpz_poly:
+    """The minimal polynomial, with integral coefficients, of a polynomial in theta with that value."""
     n = int(modulus.degree())
     rows = []
     for k in range(n):

@@ -6,14 +6,16 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from implicit.domain import Bounds
-from implicit.singular.chains import distance, within
+from implicit.singular.chains import within
+from implicit.singular.coincide import coincide
 from implicit.singular.curves import Curves, find_curves
 from implicit.singular.degenerate import LonelyPoint, settle
-from implicit.singular.exact import MAX_DEGREE, ExactPoint
+from implicit.singular.exact import BITS, MAX_DEGREE, ExactPoint
 from implicit.singular.form import Form
 from implicit.singular.germ import Germ
 from implicit.singular.kinds import SingularCurve, SingularLocus, SingularPoint
 from implicit.singular.points import search_nodes
+from implicit.singular.proof import CriticalPoint, Point
 from implicit.singular.region import WHOLE, Deadline, Region
 from implicit.singular.twist import Twist
 
@@ -29,16 +31,19 @@ class Investigation:
     def __init__(self, form: Form, bounds: Bounds, deadline: Deadline) -> None:
         self.form, self.bounds, self.deadline = form, bounds, deadline
         self.points: list[SingularPoint] = []
+        self.alone: list[CriticalPoint | LonelyPoint] = []  # what was found, each with a region where it is alone
         self.curves: list[SingularCurve] = []
+        self.doubtful = np.zeros((0, 2, 3))  # boxes round points on curves that could not be told apart
 
     def locus(self) -> SingularLocus:
         """Everything that was found."""
         search = search_nodes(self.form, self.bounds.box.corners, self.deadline)
         for node in search.nodes:
+            self.alone.append(node.point)
             self._add(node.point.position, node.exact, "A1", 1)
         boxes = search.open_boxes()
         if len(boxes) and not self.deadline.passed:
-            boxes = self._explain(boxes)
+            boxes = np.concatenate([self._explain(boxes), self.doubtful])
         boxes.flags.writeable = False
         complete = len(boxes) == 0
         return SingularLocus(tuple(self.points), tuple(self.curves), boxes, complete)
@@ -60,42 +65,47 @@ class Investigation:
         others = curves.other_points(self.deadline)
         if others is None:
             return boxes
-        for other in others:
-            self._add_exact(other, curves.twist)
+        for n, other in enumerate(others):
+            if not any(coincide(other, earlier) for earlier in others[:n]):
+                self._add_exact(other, curves.twist)
         return boxes[:0] if not self._astray(boxes, curves.lines) else boxes
 
     def _add(self, position: Floats, exact: Triple | None, kind: str | None, milnor: int | None) -> None:
-        margin = 1e-12 * self.bounds.size
-        if not within(position[None], self.bounds, margin)[0]:
+        """A point that was not found before, if it is in the bounds."""
+        if not within(position[None], self.bounds, 1e-12 * self.bounds.size)[0]:
             return
         position = np.where(np.abs(position) < 1e-20 * self.bounds.size, 0.0, position)
         position.flags.writeable = False
-        if not any(np.abs(p.position - position).max() < margin for p in self.points):
-            self.points.append(SingularPoint(position, exact, kind, milnor))
+        self.points.append(SingularPoint(position, exact, kind, milnor))
+
+    def _known(self, place: Point) -> bool:
+        """Whether a singular point, given by an enclosure, is one that was found: it lies where that is alone."""
+        return any(found.holds(place) for found in self.alone)
 
     def _add_lonely(self, lonely: LonelyPoint) -> None:
         germ = lonely.germ
-        position = np.array([float(c.mid()) for c in germ.point.value(128)])
-        self._add(position, germ.point.symbols, germ.type, germ.milnor)
+        place = germ.point.value(BITS)
+        if not self._known(place):
+            self.alone.append(lonely)
+            self._add(_floats(place), germ.point.symbols, germ.type, germ.milnor)
 
     def _add_curves(self, curves: Curves) -> None:
         for c in curves.curves:
             for array in (c.polyline, c.special, c.leaves):
                 array.flags.writeable = False
             self.curves.append(SingularCurve(c.polyline, c.closed, c.expression, c.special, c.leaves))
-        for p in curves.solitary:
-            if not self._on_curves(p):
-                self._add(p, None, None, None)
-
-    def _on_curves(self, point: Floats) -> bool:
-        reach = 2e-6 * self.bounds.size
-        return any(distance(point, c.polyline) < reach for c in self.curves)
+        lone, unknown = curves.lone_points(self.deadline)
+        for p in lone:
+            self._add(p, None, None, None)
+        reach = np.array([[-curves.reach], [curves.reach]])
+        self.doubtful = np.array([p + reach for p in unknown]).reshape(-1, 2, 3)
 
     def _add_exact(self, point: ExactPoint, twist: Twist) -> None:
         """An isolated point that algebra has found; its type does not depend on coordinates."""
-        position = twist.outside(np.array(point.position))
-        if any(np.abs(q.position - position).max() < 1e-6 * self.bounds.size for q in self.points):
+        place = twist.place(point, BITS)
+        if self._known(place):
             return
+        position = _floats(place)
         if point.degree > MAX_DEGREE:
             self._add(position, None, None, None)
             return
@@ -131,6 +141,10 @@ class Investigation:
         for p in self.points:
             stray &= np.linalg.norm(middle - p.position, axis=1) > 2 * reach
         return stray | (np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1) > reach)
+
+
+def _floats(place: Point) -> Floats:
+    return np.array([float(c.mid()) for c in place])
 
 
 def _densified(line: Floats, step: float) -> Floats:

@@ -26,8 +26,8 @@ def singularities(
 
     Polynomials with rational or algebraic coefficients are solved with proof: space is excluded by Bernstein
     coefficients, simple critical points are isolated by Krawczyk's test, f = 0 is proved by exact coordinates or by a
-    lower bound of its nonzero values, degenerate points and curves by exact algebra. Other formulas get a numeric
-    search for isolated points, never complete.
+    lower bound of its nonzero values, degenerate points and curves by exact algebra. However near points are, they are
+    told apart exactly. Other formulas get a numeric search for isolated points, never complete.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def search_nodes(form: Form, asked: Floats, deadline: Deadline) -> Search:
         result.left = np.concatenate([result.left, rest])
         for box, estimate in zip(boxes, estimates, strict=True):
             point = None if deadline.passed else polish(sieve.jet, estimate, region.width(box))
-            if point:
+            if point and region.holds(box, point.position):  # Newton's steps may lead to that of another box
                 polished.append(point)
             else:
                 result.left = np.concatenate([result.left, box[None]])

@@ -100,6 +100,10 @@ class CriticalPoint:
         """The nearest floats (3,)."""
         return np.array([float(c) for c in self.center])
 
+    def holds(self, place: Point) -> bool:
+        """Whether an enclosure lies in the cube where this critical point is alone."""
+        return all(bool(abs(a - b) < self.radius) for a, b in zip(place, self.center, strict=True))
+
 
 def _middle(matrix: arb_mat) -> arb_mat:
     return arb_mat([[matrix[r, c].mid() for c in range(matrix.ncols())] for r in range(matrix.nrows())])

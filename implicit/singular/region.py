@@ -65,6 +65,12 @@ class Region:
         pad = 4e-16 * (np.abs(self.middle) + self.half)
         return out + np.stack([-pad, pad])
 
+    def holds(self, box: Ints, place: Floats) -> bool:
+        """Whether a place lies in a box, and not on its faces to rounding."""
+        low, high = self.corners(box[None])[0]
+        pad = 1e-15 * (np.abs(self.middle) + self.half)
+        return bool(np.all((place > low + pad) & (place < high - pad)))
+
     def width(self, box: Ints) -> float:
         """The shortest side of a box."""
         return float((self.half * 2 / 2.0 ** ((box[0] + 2 - np.arange(3)) // 3)).min())

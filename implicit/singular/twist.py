@@ -9,8 +9,10 @@ import sympy
 from flint import arb, fmpq, fmpq_poly
 from numpy.typing import NDArray
 
-from implicit.singular.form import RATIONALS, Form
+from implicit.singular.exact import ExactPoint
+from implicit.singular.form import RATIONALS, Form, precision
 from implicit.singular.placement import Placement, place
+from implicit.singular.proof import Point
 
 Floats = NDArray[np.float64]
 Triple = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
@@ -40,6 +42,15 @@ class Twist:
     def outside(self, points: Floats) -> Floats:
         """Points (n, 3) in the old coordinates."""
         return np.asarray(points @ self.matrix.T + self.shift)
+
+    def place(self, point: ExactPoint, bits: int) -> Point:
+        """Enclosures of the old coordinates of an exact point."""
+        matrix, shift = self.placement.matrix, self.placement.shift
+        with precision(bits):
+            w = self.placement.form.field.root
+            inside = [c * w if axis else c for c, axis in zip(point.value(bits), self.axes, strict=True)]
+            x, y, z = (sum((arb(matrix[r, c]) * inside[c] for c in range(3)), arb(shift[r, 0])) for r in range(3))
+            return x, y, z
 
     def expression(self, inside: Triple) -> Triple:
         """A parametrization in the old coordinates."""
