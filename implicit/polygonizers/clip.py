@@ -134,7 +134,7 @@ def _cut_near(rim: Rim, mesh: Trimesh, height: FloatArray, fixed: NDArray[np.boo
     movable = (np.abs(height) < _NEAR * rim.cell) & ~fixed
     movable &= _crossing(height, faces)
     on = np.abs(height) < _ON * rim.cell
-    movable[_behind(vertices, height, faces, movable)] = False
+    movable[_behind(vertices, height, faces, movable, on)] = False
     old, ups, (vertices, normals) = vertices, normals, (vertices.copy(), normals.copy())
     vertices[movable], normals[movable] = rim.reach(vertices[movable])
     # A surface that touches an edge of a box does not meet both faces there near vertices beside.
@@ -213,17 +213,19 @@ def _crossing(height: FloatArray, faces: IntArray) -> NDArray[np.bool_]:
     return found
 
 
-def _behind(vertices: FloatArray, height: FloatArray, faces: IntArray, movable: NDArray[np.bool_]) -> IntArray:
+def _behind(
+    vertices: FloatArray, height: FloatArray, faces: IntArray, movable: NDArray[np.bool_], on: NDArray[np.bool_]
+) -> IntArray:
     """Of movable vertices those that would come to the place of others: the farther ends of sides across the wall, and
-    the farthest corners of faces that have only such.
+    the farthest corners of faces that have only such, or some that are on the wall.
     """
     a, b = _ends_of(faces, movable)
     across = np.abs(height[a] - height[b]) > _ACROSS * np.linalg.norm(vertices[a] - vertices[b], axis=1)
     behind = np.where(np.abs(height[a]) > np.abs(height[b]), a, b)[across]
     left = movable.copy()
     left[behind] = False
-    flat = faces[left[faces].all(axis=1)]
-    farthest = np.abs(height[flat]).argmax(axis=1)
+    flat = faces[(left | on)[faces].all(axis=1) & left[faces].any(axis=1)]
+    farthest = np.where(left[flat], np.abs(height[flat]), -1).argmax(axis=1)
     return np.append(behind, np.take_along_axis(flat, farthest[:, None], axis=1))
 
 
