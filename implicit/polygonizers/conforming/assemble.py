@@ -152,8 +152,8 @@ def _finish(draft: Draft, domain: Bounds, local: Local, skipped: Sequence[Cells]
     vertices, normals, faces = trim((draft.vertices, draft.normals, draft.faces), domain, local.field, grid.step, fixed)
     inside = np.zeros(len(vertices), bool)
     inside[fixed] = local.heights(grid.to_units(draft.vertices[fixed])) <= 1e-9 if len(fixed) else False
-    if isinstance(domain, Box):  # ends of curves are found by roots, and may be off by a rounding
-        vertices[inside] = np.clip(vertices[inside], *domain.corners)
+    if isinstance(domain, Box):  # ends of curves, and what lies in a wall, may be off by a rounding
+        vertices = np.clip(vertices, *domain.corners)
     special = draft.special[inside[draft.special]]
     curves = [part for curve in draft.curves for part in _runs(curve, inside)]
     rows, cosines = turning(normals, faces, fixed, BENT)
