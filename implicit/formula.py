@@ -8,8 +8,8 @@
     atom      = number | name | function "(" sum { "," sum } ")" | "(" sum ")"
 
 Numbers are exact: 0.1 is 1/10. Letters x, y, z written together are a product: xyz is x*y*z. `raised` means digits that
-are raised, perhaps behind a raised minus, as in x¹² or x⁻¹; · and ⋅ are *, and π is pi. Nothing is ever evaluated as
-Python.
+are raised, perhaps behind a raised minus, as in x¹² or x⁻¹; ·, ⋅ and × are *, ÷ is /, − is -, and π is pi. Nothing is
+ever evaluated as Python.
 """
 
 import re

@@ -42,6 +42,7 @@ READINGS = {
     "sin(x)²": sympy.sin(x) ** 2,
     "x⁰ y": y,
     "2·x ⋅ y·-z": -2 * x * y * z,
+    "2×x − y ÷ 4": 2 * x - y / 4,
     "2πx + π²": 2 * sympy.pi * x + sympy.pi**2,
     "xπ": sympy.pi * x,
 }
@@ -87,8 +88,8 @@ FAULTS = [
     ("x + 9⁹⁹⁹⁹⁹⁹", 5, "too large"),
     ("π2", 1, "write pi^2"),
     ("x + ·y", 4, "missing before '·'"),
-    ("x − y", 2, "minus sign"),
-    ("x × y", 2, "write * for a product"),
+    ("x – y", 2, "minus sign"),
+    ("x × × y", 4, "missing before '×'"),
     ("|x|", 0, "abs(...)"),
     ("[x]", 0, "round brackets"),
     ("x < 1", 2, "write ="),

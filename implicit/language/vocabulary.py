@@ -39,10 +39,7 @@ _OTHER_NAMES = {
     "tg": "tan",
 }
 _OTHER_SIGNS = {
-    "−": "write the minus sign -",
     "–": "write the minus sign -",
-    "×": "write * for a product",
-    "÷": "write / for a quotient",
     "√": "write sqrt(...)",
     "|": "write abs(...) for an absolute value",
     "[": "use round brackets ( )",
@@ -54,11 +51,11 @@ _OTHER_SIGNS = {
     ";": "give one formula at a time",
     ".": "a number has one decimal point",
 }
-_SAME = {"**": "^", "·": "*", "⋅": "*"}
+_SAME = {"**": "^", "·": "*", "⋅": "*", "×": "*", "÷": "/", "−": "-"}
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _TOKEN = re.compile(
     r"(?P<number>(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*|π)|(?P<raised>⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
-    r"|(?P<sign>\*\*|[-+*·⋅/^(),=])",
+    r"|(?P<sign>\*\*|[-−+*·⋅×/÷^(),=])",
     re.ASCII,
 )
 
