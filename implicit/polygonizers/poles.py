@@ -23,7 +23,7 @@ def without_poles(
     with np.errstate(all="ignore"):
         here = np.abs(field.values(vertices))
         beside = np.maximum(*(np.abs(field.values(vertices + s * _BESIDE * cell * normals)) for s in (-1, 1)))
-    poles = ~(here <= _LARGER * beside) & ~np.isnan(beside)
+    poles = ~np.isfinite(here) | (here > _LARGER * beside)
     if not poles.any():
         return vertices, normals, faces
     return squeeze(vertices, normals, np.ascontiguousarray(faces[~poles[faces].any(axis=1)]))
