@@ -38,30 +38,40 @@ def weld(vertices: FloatArray, normals: FloatArray, faces: IntArray, pinned: Int
     near = list_marked(faces, marked)
     part = faces[near]
     members, leader = _groups(vertices, part, meeting)
-    gone = False
-    while len(members):
-        merged = _renamed(part, members, leader)
-        solid = merged[~_is_flat(merged)]
-        bad = _spoiled(solid, np.unique(leader), len(vertices))
+    kept = part
+    if not np.isin(leader, _solid(_renamed(part, members, leader))).all():
+        points = _pieces_of_points(vertices, part, _marks(meeting, len(vertices)))
+        kept = np.where(points[:, None], part[:, :1], part)
+        stay = ~np.isin(members, part[points])
+        members, leader = members[stay], leader[stay]
+    while True:
+        merged = _renamed(kept, members, leader)
+        bad = _spoiled(_solid(merged), np.unique(leader), len(vertices))
         if not len(bad):
             faces[near] = merged
             dead = _without_faces(faces, part, merged, members[members != leader], len(vertices))
-            vertices, normals, faces = _compact(vertices, normals, faces, near, dead)
-            break
-        gone = gone or not np.isin(leader, solid).all()
+            return _compact(vertices, normals, faces, near, dead)
         stay = ~np.isin(leader, bad)
         members, leader = members[stay], leader[stay]
-    return _without_points(vertices, normals, faces) if gone else (vertices, normals, faces)
 
 
-def _without_points(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> Arrays:
-    """The mesh without pieces of which no triangle has three different corners: there f = 0 at lattice points alone."""
+def _pieces_of_points(vertices: FloatArray, faces: IntArray, meeting: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which faces belong to pieces of which no triangle has three different corners: there f = 0 at lattice points
+    alone. Such pieces have none but meeting vertices.
+    """
     a, b, c = (vertices[corner] for corner in faces.T)
     flat = (a == b).all(axis=1) | (b == c).all(axis=1) | (c == a).all(axis=1)
-    sides = np.concatenate([faces[:, :2], faces[:, 1:]])
-    label = components(sides, len(vertices))
-    solid = _marks(label[faces[~flat, 0]], len(vertices))
-    return squeeze(vertices, normals, np.ascontiguousarray(faces[solid[label[faces[:, 0]]]]))
+    names, near = renumbered(faces, len(vertices))
+    label = components(np.concatenate([near[:, :2], near[:, 1:]]), len(names))
+    alive = np.zeros(len(names), np.bool_)
+    alive[label[near[~flat].ravel()]] = True
+    alive[label[~meeting[names]]] = True
+    return np.asarray(~alive[label[near[:, 0]]])
+
+
+def _solid(faces: IntArray) -> IntArray:
+    """The faces with three different vertices."""
+    return faces[~_is_flat(faces)]
 
 
 def _renamed(faces: IntArray, old: IntArray, new: IntArray) -> IntArray:
