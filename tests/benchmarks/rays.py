@@ -11,7 +11,7 @@ import vtk
 from numpy.typing import NDArray
 
 from implicit import Surface, cast_rays, polygonize, x, y, z
-from tests.benchmarks.measure import markdown, measure
+from tests.benchmarks.measure import Measured, markdown, measure
 
 Floats = NDArray[np.float64]
 SURFACES = {
@@ -104,8 +104,8 @@ def table() -> str:
     return markdown(header, rows)
 
 
-def _compared(ours: Floats, seconds: float, peer: object, count: int) -> str:
-    other, mine = peer.result, ours[:count]  # type: ignore[attr-defined]
+def _compared(ours: Floats, seconds: float, peer: Measured, count: int) -> str:
+    other, mine = peer.result, ours[:count]
     wrong = np.isnan(other) != np.isnan(mine)
     wrong |= np.abs(other - mine) > 1e-2
-    return f"{peer.seconds / count / seconds:.1f}x, {np.mean(wrong):.2%} other"  # type: ignore[attr-defined]
+    return f"{peer.seconds / count / seconds:.1f}x, {np.mean(wrong):.2%} other"
