@@ -9,8 +9,9 @@ polynomial in u, if f is one; its Bernstein coefficients are those of the powers
                 a part
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import comb
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
@@ -32,9 +33,8 @@ NOTHING, CROSSING, UNKNOWN, HERE = 0, 1, 2, 3
 """No zero in a part; one, with a change of sign; perhaps some; and one at its beginning, as far as floats can tell."""
 _SURE = 24
 """Ranges do not tell one crossing from three: in parts this many halvings small there is one if there is any."""
-
-
 _FADED = 4.0
+"""Coefficients so many times their rounding at most say nothing."""
 _TINY = 45
 """Where ranges are not finite in parts this many halvings small, there is a pole."""
 
@@ -83,14 +83,14 @@ class Lines(Protocol):
         """Whether f is nothing but rounding from a (m,) on to infinity, as along an asymptote."""
 
 
-def lines_of(surface: "Surface", rays: Rays) -> Lines:
-    """What is known best of a surface along rays."""
+def lines_of(surface: "Surface") -> Callable[[Rays], Lines]:
+    """What is known best of a surface along rays, for any rays: derivatives are found once."""
     field, formula = surface.field, surface.expression
     if isinstance(field, PolynomialField) and field.degree > 0:
-        return PolynomialLines.over(field, rays)
+        return partial(PolynomialLines.over, field)
     if not isinstance(field, TapeField) or formula is None or is_branching(formula):
-        return RangeLines(field, rays, ())
-    return RangeLines(field, rays, tuple(TapeField(make_tape(formula.diff(s))) for s in (x, y, z)))
+        return partial(RangeLines, field, ())
+    return partial(RangeLines, field, tuple(TapeField(make_tape(formula.diff(s))) for s in (x, y, z)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +136,8 @@ class RangeLines:
     """Any field by its ranges on the boxes round parts of rays; slopes: its derivatives, if they are known."""
 
     field: Field
-    rays: Rays
     slopes: tuple[Field, ...]
+    rays: Rays
 
     def look(self, rows: Ints, a: Floats, h: Floats) -> NDArray[np.int8]:
         """What the ranges say, and in small parts the signs at both ends."""

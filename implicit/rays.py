@@ -37,11 +37,13 @@ def cast_rays(
     broadcast against each other; a single ray gives a scalar. A ray that starts on the surface, or lies in it, has 0.
 
     Promised: parts of rays are skipped only where f is proved not to vanish, by Bernstein coefficients of f on the ray
-    (polynomials) or ranges of f on boxes. Where f changes sign the distance is that of a root of f to a
-    few units in the last place of the points. Where the ray touches f = 0 without a change of sign it counts if f
-    cannot be told from 0 by floats, and the place is accurate to the square root of that. Not promised: to tell apart
-    two roots so near to each other that f between them is nothing but rounding, or, of a formula with abs, min or max
-    or a function, nearer than 2^-24 of the length of the ray's part that is looked at.
+    (polynomials) or ranges of f on boxes. Where f changes sign the distance is that of a root of f to a few units in
+    the last place of the points. Where the ray touches f = 0 without a change of sign it counts if f cannot be told
+    from 0 by floats, and the place is accurate to the square root of that.
+    Not promised: to tell apart two roots so near to each other that f between them is nothing but rounding, or, of a
+    formula with abs, min or max or a function, that are in one of 2^24 parts of the ray. Where ranges of f are not
+    finite in one of 2^45 parts it is taken for a pole and passed over; farther away than 2^45 times the origin's
+    distance from 0, or along an asymptote where f is nothing but rounding, nothing is found.
 
     Parameters
     ----------
@@ -73,11 +75,12 @@ def cast_rays(
     start, way, shape = _read(origins, directions)
     far = _check_limit(limit)
     _check_field(surface.field, start, way)
-    result = np.empty(len(start))
+    lines, result = lines_of(surface), np.empty(len(start))
     for first in range(0, len(start), _AT_ONCE):
         part = slice(first, first + _AT_ONCE)
         try:
-            result[part] = _cast(surface, Rays(start[part], way[part], far))
+            rays = Rays(start[part], way[part], far)
+            result[part] = _cast(surface.field, lines(rays), rays)
         except _Lost as lost:
             rows = first + lost.rows
             raise UndecidedError(
@@ -97,9 +100,8 @@ class _Lost(Exception):
         super().__init__()
 
 
-def _cast(surface: Surface, rays: Rays) -> Floats:
+def _cast(field: Field, lines: Lines, rays: Rays) -> Floats:
     """The distances (n,) along some rays."""
-    field, lines = surface.field, lines_of(surface, rays)
     code, low, high = _search(lines, rays)
     touching = np.flatnonzero((code == UNKNOWN) | (code == HERE))
     touching = touching[(low[touching] == 0) | ~lines.fades(touching, low[touching])]
